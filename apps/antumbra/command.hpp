@@ -1,0 +1,68 @@
+// What the commands share. One file per command; main.cpp lists them.
+#pragma once
+
+#include <antumbra/import.hpp>
+#include <antumbra/job.hpp>
+#include <antumbra/scene.hpp>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace antumbra::app {
+
+/// Every key of a --json document keeps the order in which it was written.
+using Json = nlohmann::ordered_json;
+
+/// Options that every command has.
+struct Common {
+    bool json = false;
+    unsigned threads = 0;
+    std::uint64_t seed = 1;
+};
+
+/// A command returns the exit code: 0, or the Status of what failed through fail().
+using Command = std::function<int()>;
+
+/// Adds --json, --threads, --seed, the footer with `example`, and `run` as what the command does.
+void add_common(CLI::App& command, Common& common, const std::string& example, Command run);
+
+/// Prints "antumbra: message" on stderr; 2 for ErrorCode::usage, 130 after Ctrl-C, else 1.
+int fail(const Status& status);
+
+/// A note for the user: stderr, one line.
+void note(const std::string& text);
+
+/// The one document on stdout.
+void print_json(const Json& document);
+
+/// A job that honours --threads and Ctrl-C and shows progress: a bar with rate and time left on a terminal, plain
+/// lines otherwise, always on stderr.
+Job make_job(const Common& common);
+
+/// Options that choose and read a scene.
+struct SceneArguments {
+    std::string path;
+    std::string sides = "material", up_axis = "y";
+    std::vector<std::string> never_cull, never_occlude, ignore;
+    ImportLimits limits;
+    void add_to(CLI::App& command);
+    Result<Scene> load() const;
+};
+
+/// "X,Y,Z" to a vector; ErrorCode::usage names the option.
+Result<Vec3d> parse_vec3(const std::string& text, const char* option);
+
+void add_info(CLI::App& app);
+void add_generate(CLI::App& app);
+void add_bake(CLI::App& app);
+void add_query(CLI::App& app);
+void add_inspect(CLI::App& app);
+void add_verify(CLI::App& app);
+void add_walk(CLI::App& app);
+
+} // namespace antumbra::app

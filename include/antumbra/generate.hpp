@@ -1,0 +1,19 @@
+// Procedural scenes in the manner of the papers. Deterministic: the same call gives the same scene everywhere.
+#pragma once
+
+#include <antumbra/scene.hpp>
+
+namespace antumbra {
+
+struct GenerateOptions {
+    std::uint64_t triangles = 0; ///< wanted size, where the kind can scale; 0: the size of the paper's scene
+    std::uint64_t seed = 1;
+};
+
+/// Names that generate() knows, in alphabetical order.
+std::span<const std::string_view> generator_names();
+
+/// ErrorCode::usage for an unknown kind (the message lists the known ones) or a size it cannot make.
+Result<RawScene> generate(std::string_view kind, const GenerateOptions& options = {});
+
+} // namespace antumbra

@@ -1,0 +1,1 @@
+#include "evaluate/item_buffer.hpp"

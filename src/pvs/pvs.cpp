@@ -1,0 +1,1 @@
+#include <antumbra/pvs.hpp>

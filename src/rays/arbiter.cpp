@@ -1,0 +1,1 @@
+#include "rays/arbiter.hpp"
