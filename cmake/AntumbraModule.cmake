@@ -12,11 +12,12 @@ if(ANTUMBRA_SANITIZE)
   target_link_options(antumbra_flags INTERFACE -fsanitize=${ANTUMBRA_SANITIZE})
 endif()
 
-# antumbra_library(NAME MODULE..): one library out of the folders src/MODULE, exported as antumbra::NAME.
+# antumbra_library(NAME MODULE..): one library out of the folders src/MODULE and their folders, exported as
+# antumbra::NAME.
 function(antumbra_library name)
   set(patterns)
   foreach(module ${ARGN})
-    list(APPEND patterns src/${module}/*.cpp src/${module}/*.hpp)
+    list(APPEND patterns src/${module}/*.cpp src/${module}/*.hpp src/${module}/*/*.cpp src/${module}/*/*.hpp)
   endforeach()
   file(GLOB sources CONFIGURE_DEPENDS ${patterns})
   add_library(antumbra_${name} STATIC ${sources})

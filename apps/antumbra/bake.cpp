@@ -1,5 +1,163 @@
 #include "command.hpp"
 
+#include "base/file.hpp"
+
+#include <antumbra/bake.hpp>
+
+#include <fmt/format.h>
+
 namespace antumbra::app {
-void add_bake(CLI::App&) {}
+namespace {
+
+struct BakeArguments {
+    Common common;
+    SceneArguments scene;
+    BakeOptions options;
+    std::string output, cells, where, granularity = "object";
+    double where_radius = 0;
+    bool dry_run = false;
+};
+
+Result<std::array<std::uint32_t, 3>> parse_cells(const std::string& text) {
+    std::array<std::uint32_t, 3> cells{};
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%ux%ux%u%n", &cells[0], &cells[1], &cells[2], &end) != 3 ||
+        std::size_t(end) != text.size())
+        return Status(ErrorCode::usage, "--cells wants three counts such as 16x4x16, not '" + text + "'");
+    return cells;
+}
+
+int print_plan(const BakeArguments& arguments, const BakePlan& plan) {
+    if (arguments.common.json) {
+        Json document;
+        document["method"] = arguments.options.method;
+        document["dry_run"] = true;
+        document["cells"] = plan.grid.cells();
+        document["cells_to_bake"] = plan.cells_to_bake;
+        document["grid"] = plan.grid.count;
+        document["estimated_seconds"] = plan.estimated_seconds;
+        document["estimated_bytes"] = plan.estimated_bytes;
+        print_json(document);
+        return 0;
+    }
+    fmt::print("grid       {} x {} x {}, {} of {} cells to bake\n", plan.grid.count[0], plan.grid.count[1],
+               plan.grid.count[2], plan.cells_to_bake, plan.grid.cells());
+    fmt::print("estimate   {:.3g} s, {:.3g} MB\n", plan.estimated_seconds, double(plan.estimated_bytes) * 1e-6);
+    return 0;
+}
+
+int print_result(const BakeArguments& arguments, const BakeResult& result, std::size_t bytes) {
+    const BakeStatistics& statistics = result.statistics;
+    std::size_t objects = result.pvs.objects.size();
+    double pairs = double(statistics.cells_baked) * double(objects);
+    double bits_per_pair = pairs > 0 ? double(bytes) * 8 / pairs : 0;
+    if (arguments.common.json) {
+        Json document;
+        document["method"] = result.pvs.method;
+        document["guarantee"] = to_string(result.pvs.guarantee);
+        document["granularity"] = arguments.granularity;
+        document["cells"] = statistics.cells;
+        document["cells_baked"] = statistics.cells_baked;
+        document["cells_solid"] = statistics.cells_solid;
+        document["cells_not_baked"] = statistics.cells_not_baked;
+        document["cells_resumed"] = statistics.cells_resumed;
+        document["objects"] = objects;
+        document["seconds"] = statistics.seconds;
+        document["cpu_seconds"] = statistics.cpu_seconds;
+        document["rays"] = statistics.rays;
+        document["bytes"] = bytes;
+        document["bits_per_pair"] = bits_per_pair;
+        document["mean_visible"] = statistics.mean_visible;
+        document["undecided"] = 0; // a sampled bake decides nothing but what it has seen
+        document["confirmed_pairs"] = statistics.confirmed_pairs;
+        document["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
+        document["holdout_rays"] = statistics.holdout_rays;
+        document["holdout_misses"] = statistics.holdout_misses;
+        document["miss_rate"] = statistics.miss_rate;
+        document["miss_rate_upper95"] = statistics.miss_rate_upper95;
+        document["s1"] = statistics.pair_s1;
+        document["pair_miss_at_s1"] = statistics.pair_miss_at_s1;
+        print_json(document);
+        return 0;
+    }
+    fmt::print("guarantee  {}: what is listed is visible; what is missing is measured below\n",
+               to_string(result.pvs.guarantee));
+    fmt::print("cells      {} baked, {} inside matter, {} not asked for{}\n", statistics.cells_baked,
+               statistics.cells_solid, statistics.cells_not_baked,
+               statistics.cells_resumed ? fmt::format(", {} taken from the checkpoint", statistics.cells_resumed) : "");
+    fmt::print("visible    {:.1f} of {} objects per cell on average\n", statistics.mean_visible, objects);
+    fmt::print("miss rate  {:.3g} of fresh random rays first hit an unlisted object (95%: below {:.3g}; {} of {})\n",
+               statistics.miss_rate, statistics.miss_rate_upper95, statistics.holdout_misses, statistics.holdout_rays);
+    fmt::print("rays       {:.4g} million in {:.2f} s ({:.2f} CPU s)\n", double(statistics.rays) * 1e-6,
+               statistics.seconds, statistics.cpu_seconds);
+    fmt::print("file       {}, {} bytes, {:.3f} bits per (cell, object) pair\n", arguments.output, bytes,
+               bits_per_pair);
+    return 0;
+}
+
+int run_bake(BakeArguments& arguments) {
+    if (arguments.output.empty() && !arguments.dry_run)
+        return fail({ErrorCode::usage, "bake needs -o OUT.pvs (or --dry-run)"});
+    if (!arguments.cells.empty()) {
+        auto cells = parse_cells(arguments.cells);
+        if (!cells)
+            return fail(cells.status());
+        arguments.options.cells = *cells;
+    }
+    Result<Scene> scene = arguments.scene.load();
+    if (!scene)
+        return fail(scene.status());
+    arguments.options.seed = arguments.common.seed;
+    Job job = make_job(arguments.common);
+    if (arguments.dry_run) {
+        Result<BakePlan> plan = plan_bake(*scene, arguments.options, job);
+        return plan ? print_plan(arguments, *plan) : fail(plan.status());
+    }
+    arguments.options.checkpoint = arguments.output + ".part";
+    Result<BakeResult> result = bake(*scene, arguments.options, job);
+    if (!result)
+        return fail(result.status());
+    Result<std::vector<std::byte>> bytes = encode_pvs(result->pvs);
+    if (!bytes)
+        return fail(bytes.status());
+    if (Status status = write_file_atomically(arguments.output, *bytes); !status)
+        return fail(status);
+    if (Status status = remove_file(arguments.options.checkpoint); !status)
+        return fail(status);
+    if (result->statistics.cells_baked == 0)
+        note("every cell lies inside matter; if the scene is inside out, try --sides both");
+    return print_result(arguments, *result, bytes->size());
+}
+
+} // namespace
+
+void add_bake(CLI::App& app) {
+    auto arguments = std::make_shared<BakeArguments>();
+    BakeOptions& options = arguments->options;
+    CLI::App& command = *app.add_subcommand("bake", "What can be seen from every cell of viewpoints, into a .pvs file");
+    arguments->scene.add_to(command);
+    command.add_option("-o,--output", arguments->output, "The .pvs file to write; OUT.part keeps finished cells");
+    command.add_option("--method", options.method, "How to bake")->check(CLI::IsMember({"sampled"}))->capture_default_str();
+    auto* cells = command.add_option("--cells", arguments->cells, "Cells along x, y, z [16x4x16]");
+    command.add_option("--cell-size", options.cell_size, "Edge of a cell in scene units, instead of --cells")
+        ->excludes(cells)
+        ->check(CLI::PositiveNumber);
+    command.add_option("--where", arguments->where,
+                       "Where viewers can be: boxes.json, a camera path, or auto (the scene's bounds)");
+    command.add_option("--where-radius", arguments->where_radius,
+                       "How far around a camera path viewers can be [1/100 of the scene's diagonal]");
+    command.add_flag("--dry-run", arguments->dry_run, "Estimate time and size from a few cells, write nothing");
+    command.add_flag("--resume", options.resume, "Take up the finished cells of an interrupted bake");
+    command.add_option("--granularity", arguments->granularity, "What is listed")
+        ->check(CLI::IsMember({"object"}))
+        ->capture_default_str();
+    command.add_option("--rays-per-cell", options.rays_per_cell, "Rays in uniform directions")->capture_default_str();
+    command.add_option("--rays-per-object", options.rays_per_object, "Rays aimed at each object not seen by those")
+        ->capture_default_str();
+    command.add_option("--holdout-rays", options.holdout_rays, "Rays per cell that only measure the miss rate")
+        ->capture_default_str();
+    add_common(command, arguments->common, "antumbra bake house.glb -o house.pvs --cell-size 2",
+               [arguments] { return run_bake(*arguments); });
+}
+
 } // namespace antumbra::app

@@ -1,1 +1,278 @@
 #include <antumbra/bake.hpp>
+
+#include "bake/binomial.hpp"
+#include "bake/checkpoint.hpp"
+#include "bake/sampled/cell_sampler.hpp"
+#include "bake/view_cells.hpp"
+#include "base/parallel.hpp"
+
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+namespace antumbra {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double process_cpu_seconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return double(now.tv_sec) + double(now.tv_nsec) * 1e-9;
+}
+
+Status check(const BakeOptions& options) {
+    if (options.method != "sampled")
+        return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled"};
+    if (options.rays_per_cell == 0 || options.rays_per_cell > 1u << 30 || options.rays_per_object > 1u << 24 ||
+        options.holdout_rays > 1u << 28)
+        return {ErrorCode::usage, "rays per cell must be 1 to 2^30, per object up to 2^24, hold-out up to 2^28"};
+    return {};
+}
+
+/// Everything that the result depends on besides the scene, as text: goes into the file and names the checkpoint.
+Json describe(const BakeOptions& options, const CellGrid& grid) {
+    Json json;
+    json["method"] = options.method;
+    json["cells"] = grid.count;
+    json["rays_per_cell"] = options.rays_per_cell;
+    json["rays_per_object"] = options.rays_per_object;
+    json["holdout_rays_per_cell"] = options.holdout_rays;
+    json["seed"] = options.seed;
+    return json;
+}
+
+std::string checkpoint_key(const Scene& scene, const BakeOptions& options, const CellGrid& grid) {
+    Json json = describe(options, grid);
+    json["scene"] = to_hex(scene.fingerprint());
+    for (int k = 0; k < 3; ++k) {
+        json["min"].push_back(std::bit_cast<std::uint64_t>(grid.bounds.min[k]));
+        json["max"].push_back(std::bit_cast<std::uint64_t>(grid.bounds.max[k]));
+    }
+    return json.dump();
+}
+
+// A finished cell as checkpoint payload: six numbers of 64 bits, then the bit set.
+constexpr std::size_t kSampleNumbers = 6;
+
+std::vector<std::byte> pack(const CellSample& sample) {
+    std::vector<std::uint64_t> words{sample.solid,       sample.rays,         sample.confirmed,
+                                     sample.unconfirmed, sample.holdout_rays, sample.holdout_misses};
+    words.insert(words.end(), sample.visible.begin(), sample.visible.end());
+    std::vector<std::byte> bytes;
+    bytes.reserve(words.size() * 8);
+    for (std::uint64_t word : words)
+        for (int byte = 0; byte < 8; ++byte)
+            bytes.push_back(std::byte(word >> (8 * byte) & 0xFF));
+    return bytes;
+}
+
+bool unpack(std::span<const std::byte> bytes, std::size_t words_per_row, CellSample& sample) {
+    if (bytes.size() % 8 != 0 || bytes.size() / 8 < kSampleNumbers)
+        return false;
+    std::vector<std::uint64_t> words(bytes.size() / 8);
+    for (std::size_t i = 0; i < bytes.size(); ++i)
+        words[i / 8] |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * (i % 8));
+    sample.solid = words[0] != 0;
+    sample.rays = words[1];
+    sample.confirmed = std::uint32_t(words[2]);
+    sample.unconfirmed = std::uint32_t(words[3]);
+    sample.holdout_rays = std::uint32_t(words[4]);
+    sample.holdout_misses = std::uint32_t(words[5]);
+    sample.visible.assign(words.begin() + kSampleNumbers, words.end());
+    return sample.visible.size() == (sample.solid ? 0 : words_per_row);
+}
+
+/// Header, objects and empty cells of the result.
+PvsData begin_pvs(const Scene& scene, const BakeOptions& options, const CellGrid& grid) {
+    PvsData pvs;
+    pvs.guarantee = Guarantee::aggressive;
+    pvs.method = options.method;
+    pvs.tool_version = ANTUMBRA_VERSION;
+    pvs.scene_fingerprint = scene.fingerprint();
+    pvs.structure_fingerprint = scene.structure_fingerprint();
+    pvs.sides = std::uint8_t(scene.sides());
+    pvs.origin = scene.origin();
+    pvs.grid = grid;
+    pvs.cell_row.assign(grid.cells(), kCellNotBaked);
+    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+        const Object& object = scene.objects()[o];
+        pvs.objects.push_back({object.id.node, object.id.primitive, object.id.instance, object.flags,
+                               object.triangle_count, object.bounds, std::string(scene.name(o))});
+    }
+    return pvs;
+}
+
+/// Gives each cell its row, equal rows shared, in the order of the cells.
+void fill_rows(PvsData& pvs, std::span<const std::uint64_t> cells, std::vector<CellSample>& samples) {
+    std::map<std::vector<std::uint64_t>, std::uint32_t> rows;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (samples[i].solid) {
+            pvs.cell_row[cells[i]] = kCellSolid;
+            continue;
+        }
+        auto [row, fresh] = rows.try_emplace(std::move(samples[i].visible), pvs.row_count);
+        if (fresh) {
+            pvs.rows.insert(pvs.rows.end(), row->first.begin(), row->first.end());
+            ++pvs.row_count;
+        }
+        pvs.cell_row[cells[i]] = row->second;
+    }
+}
+
+void count(BakeStatistics& statistics, const CellSample& sample) {
+    ++(sample.solid ? statistics.cells_solid : statistics.cells_baked);
+    statistics.rays += sample.rays;
+    statistics.confirmed_pairs += sample.confirmed;
+    statistics.unconfirmed_pairs += sample.unconfirmed;
+    statistics.holdout_rays += sample.holdout_rays;
+    statistics.holdout_misses += sample.holdout_misses;
+    for (std::uint64_t word : sample.visible)
+        statistics.mean_visible += std::popcount(word); // a sum until finish()
+}
+
+void finish(BakeStatistics& statistics, const BakeOptions& options) {
+    if (statistics.cells_baked)
+        statistics.mean_visible /= double(statistics.cells_baked);
+    if (statistics.holdout_rays)
+        statistics.miss_rate = double(statistics.holdout_misses) / double(statistics.holdout_rays);
+    statistics.miss_rate_upper95 = clopper_pearson_upper(statistics.holdout_misses, statistics.holdout_rays, 0.95);
+    statistics.pair_miss_at_s1 = std::pow(1 - statistics.pair_s1, double(options.rays_per_object));
+}
+
+/// What the file says of how it was made: counts only, which are the same on every machine.
+std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics) {
+    Json json = describe(options, grid);
+    json["rays"] = statistics.rays;
+    json["confirmed_pairs"] = statistics.confirmed_pairs;
+    json["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
+    json["holdout_rays"] = statistics.holdout_rays;
+    json["holdout_misses"] = statistics.holdout_misses;
+    return json.dump();
+}
+
+} // namespace
+
+Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Job& job) {
+    Clock::time_point start = Clock::now();
+    double cpu_start = process_cpu_seconds();
+    if (Status status = check(options); !status)
+        return status;
+    Result<ViewCells> view = lay_view_cells(scene, options);
+    if (!view)
+        return view.status();
+    std::span<const std::uint64_t> cells = view->to_bake;
+
+    Checkpoint::Records records;
+    std::unique_ptr<Checkpoint> checkpoint;
+    if (!options.checkpoint.empty()) {
+        auto opened = Checkpoint::open(options.checkpoint, checkpoint_key(scene, options, view->grid), options.resume,
+                                       records);
+        if (!opened)
+            return opened.status();
+        checkpoint = std::move(*opened);
+    }
+    Tracer tracer = Tracer::build(scene, job);
+    CellSampler sampler(tracer, options);
+    std::size_t words_per_row = (scene.objects().size() + 63) / 64;
+
+    BakeResult result;
+    std::vector<CellSample> samples(cells.size());
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        auto record = records.find(cells[i]);
+        if (record == records.end() || !unpack(record->second, words_per_row, samples[i]))
+            open.push_back(i);
+    }
+    result.statistics.cells_resumed = cells.size() - open.size();
+    records.clear();
+
+    std::mutex mutex;
+    Status failure;
+    std::size_t done = result.statistics.cells_resumed;
+    std::atomic<bool> stop{false};
+    parallel_for(open.size(), job, [&](std::size_t index, unsigned) {
+        if (stop.load(std::memory_order_relaxed))
+            return;
+        std::size_t i = open[index];
+        samples[i] = sampler.sample(view->grid.cell(cells[i]));
+        Status appended = checkpoint ? checkpoint->append(cells[i], pack(samples[i])) : Status();
+        std::scoped_lock lock(mutex);
+        if (!appended) {
+            failure = appended;
+            stop = true;
+        }
+        ++done;
+        if (job.progress)
+            job.progress({"bake", done, cells.size(), "cells"});
+    });
+    if (!failure.ok())
+        return failure;
+    if (checkpoint)
+        if (Status status = checkpoint->sync(); !status)
+            return status;
+    if (done < cells.size())
+        return Status(ErrorCode::cancelled,
+                      "stopped after " + std::to_string(done) + " of " + std::to_string(cells.size()) + " cells" +
+                          (checkpoint ? "; go on with --resume" : ""));
+
+    BakeStatistics& statistics = result.statistics;
+    statistics.cells = view->grid.cells();
+    statistics.cells_not_baked = statistics.cells - cells.size();
+    for (const CellSample& sample : samples)
+        count(statistics, sample);
+    finish(statistics, options);
+    result.pvs = begin_pvs(scene, options, view->grid);
+    result.pvs.options_json = options_json(options, view->grid, statistics);
+    fill_rows(result.pvs, cells, samples);
+    statistics.seconds = seconds_since(start);
+    statistics.cpu_seconds = process_cpu_seconds() - cpu_start;
+    return result;
+}
+
+Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const Job& job) {
+    constexpr std::size_t kProbedCells = 8;
+    if (Status status = check(options); !status)
+        return status;
+    Result<ViewCells> view = lay_view_cells(scene, options);
+    if (!view)
+        return view.status();
+    BakePlan plan;
+    plan.grid = view->grid;
+    plan.cells_to_bake = view->to_bake.size();
+    Clock::time_point start = Clock::now();
+    Tracer tracer = Tracer::build(scene, job);
+    CellSampler sampler(tracer, options);
+    double set_up_seconds = seconds_since(start);
+    std::size_t probed = std::min(kProbedCells, view->to_bake.size());
+    std::atomic<std::uint64_t> set_bits{0}, rows{0};
+    start = Clock::now();
+    parallel_for(probed, job, [&](std::size_t index, unsigned) {
+        std::uint64_t cell = view->to_bake[(2 * index + 1) * view->to_bake.size() / (2 * probed)];
+        CellSample sample = sampler.sample(view->grid.cell(cell));
+        rows += !sample.solid;
+        for (std::uint64_t word : sample.visible)
+            set_bits += std::uint64_t(std::popcount(word));
+    });
+    if (job.cancelled())
+        return Status(ErrorCode::cancelled, "stopped");
+    double cells = double(plan.cells_to_bake);
+    plan.estimated_seconds = set_up_seconds + seconds_since(start) * cells / double(std::max<std::size_t>(probed, 1));
+    // A row costs at most two bytes for each visible object and a bit for each object; the header, about 64 an object.
+    double objects = double(scene.objects().size());
+    double row_bytes = std::min(objects / 8, 2 * double(set_bits) / double(std::max<std::uint64_t>(rows, 1)));
+    plan.estimated_bytes = std::uint64_t(64 * objects + double(plan.grid.cells()) * 4 + row_bytes * cells *
+                                         double(rows) / double(std::max<std::size_t>(probed, 1)));
+    return plan;
+}
+
+} // namespace antumbra
