@@ -119,7 +119,11 @@ class Pvs {
     bool query(const Vec3d& eye, PvsCursor& cursor) const;
 
   private:
+    friend class PvsOpener;
     Pvs() = default;
+    std::span<const std::byte> coded_row(std::uint32_t row) const;
+    std::uint32_t row_or_everything(std::int64_t cell) const;
+
     std::span<const std::byte> bytes_;
     Guarantee guarantee_ = Guarantee::approximate;
     std::string_view method_, tool_version_, options_json_;

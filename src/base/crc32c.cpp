@@ -4,22 +4,41 @@
 
 namespace antumbra {
 namespace {
-constexpr std::array<std::uint32_t, 256> make_table() {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-        std::uint32_t value = i;
+
+constexpr std::uint32_t kReversedPolynomial = 0x82F63B78u;
+using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
+
+/// tables[k][b] is the CRC of byte b followed by k zero bytes ("slicing by eight", Kounavis and Berry 2005).
+constexpr Tables make_tables() {
+    Tables tables{};
+    for (std::uint32_t byte = 0; byte < 256; ++byte) {
+        std::uint32_t crc = byte;
         for (int bit = 0; bit < 8; ++bit)
-            value = value >> 1 ^ (value & 1 ? 0x82F63B78u : 0);
-        table[i] = value;
+            crc = crc >> 1 ^ (crc & 1 ? kReversedPolynomial : 0);
+        tables[0][byte] = crc;
     }
-    return table;
+    for (std::size_t k = 1; k < 8; ++k)
+        for (std::size_t byte = 0; byte < 256; ++byte)
+            tables[k][byte] = tables[k - 1][byte] >> 8 ^ tables[0][tables[k - 1][byte] & 0xFF];
+    return tables;
 }
-constexpr std::array<std::uint32_t, 256> kTable = make_table();
+
+constexpr Tables kTables = make_tables();
+
 } // namespace
-std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t before) {
-    std::uint32_t crc = ~before;
+
+std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t previous) {
+    std::uint32_t crc = ~previous;
+    auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(bytes[i]); };
+    while (bytes.size() >= 8) {
+        crc ^= at(0) | at(1) << 8 | at(2) << 16 | at(3) << 24;
+        crc = kTables[7][crc & 0xFF] ^ kTables[6][crc >> 8 & 0xFF] ^ kTables[5][crc >> 16 & 0xFF] ^
+              kTables[4][crc >> 24] ^ kTables[3][at(4)] ^ kTables[2][at(5)] ^ kTables[1][at(6)] ^ kTables[0][at(7)];
+        bytes = bytes.subspan(8);
+    }
     for (std::byte byte : bytes)
-        crc = crc >> 8 ^ kTable[(crc ^ std::to_integer<std::uint32_t>(byte)) & 0xFF];
+        crc = crc >> 8 ^ kTables[0][(crc ^ static_cast<std::uint32_t>(byte)) & 0xFF];
     return ~crc;
 }
+
 } // namespace antumbra

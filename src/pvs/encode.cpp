@@ -1,0 +1,168 @@
+// PvsData to the bytes of a file.
+#include "pvs/format.hpp"
+#include "pvs/grid.hpp"
+#include "pvs/row_coding.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace antumbra {
+namespace {
+
+using Row = std::span<const std::uint64_t>;
+
+Status usage(const std::string& what) { return {ErrorCode::usage, "encode_pvs: " + what}; }
+
+bool fits_u32(std::size_t value) { return value <= 0xFFFFFFFFu; }
+
+bool has_bits_beyond(Row row, std::size_t objects) {
+    return objects % 64 != 0 && !row.empty() && row.back() >> (objects % 64) != 0;
+}
+
+Status check_rows(const PvsData& data) {
+    std::size_t words = data.words_per_row();
+    if (data.rows.size() != std::size_t(data.row_count) * words)
+        return usage("'rows' holds " + std::to_string(data.rows.size()) + " words instead of row_count * " +
+                     std::to_string(words));
+    for (std::size_t r = 0; r < data.row_count; ++r)
+        if (has_bits_beyond(Row(data.rows).subspan(r * words, words), data.objects.size()))
+            return usage("row " + std::to_string(r) + " has bits set beyond the objects");
+    return {};
+}
+
+Status check_cells(const PvsData& data) {
+    std::uint64_t cells = 0;
+    if (!is_usable(data.grid, cells))
+        return usage("the cell grid is empty, too large or not finite");
+    if (data.cell_row.size() != cells)
+        return usage("'cell_row' has " + std::to_string(data.cell_row.size()) + " entries for " +
+                     std::to_string(cells) + " cells");
+    for (std::size_t c = 0; c < data.cell_row.size(); ++c)
+        if (std::uint32_t row = data.cell_row[c]; row >= data.row_count && row < kCellSolid)
+            return usage("cell " + std::to_string(c) + " refers to row " + std::to_string(row) + " of " +
+                         std::to_string(data.row_count));
+    return {};
+}
+
+Status check(const PvsData& data) {
+    if (data.guarantee < Guarantee::exact || data.guarantee > Guarantee::approximate)
+        return usage("the guarantee is none of the four");
+    if (!is_finite(data.origin))
+        return usage("the origin is not finite");
+    if (!fits_u32(data.objects.size()) || !fits_u32(data.method.size()) || !fits_u32(data.tool_version.size()))
+        return {ErrorCode::limit, "encode_pvs: more than 2^32 objects or letters"};
+    if (Status status = check_cells(data); !status)
+        return status;
+    return check_rows(data);
+}
+
+/// The distinct rows that are used, numbered in order of first use, always-visible objects set in each: what is
+/// written depends on what the cells see, not on how the caller's rows happen to be arranged.
+class RowTable {
+  public:
+    explicit RowTable(const PvsData& data)
+        : data_(data), renumbered_(data.row_count, kUnknown), words_(data.words_per_row()), always_(words_) {
+        for (std::size_t o = 0; o < data.objects.size(); ++o)
+            if (data.objects[o].flags & kAlwaysVisibleFlag)
+                always_[o / 64] |= std::uint64_t(1) << (o % 64);
+    }
+
+    /// Number in the file of row `row` of the data; codes it when it is new.
+    std::uint32_t use(std::uint32_t row) {
+        if (renumbered_[row] != kUnknown)
+            return renumbered_[row];
+        std::vector<std::uint64_t> words(always_);
+        for (std::size_t w = 0; w < words_; ++w)
+            words[w] |= data_.rows[row * words_ + w];
+        auto [at, is_new] = numbers_.try_emplace(std::move(words), std::uint32_t(numbers_.size()));
+        if (is_new) {
+            encode_row(at->first, data_.objects.size(), rows);
+            fits = fits && fits_u32(rows.bytes.size());
+            index.u32(static_cast<std::uint32_t>(rows.bytes.size()));
+        }
+        return renumbered_[row] = at->second;
+    }
+
+    std::uint32_t count() const { return static_cast<std::uint32_t>(numbers_.size()); }
+    ByteWriter rows, index;
+    bool fits = true; ///< the ends of all rows fit the index
+
+  private:
+    static constexpr std::uint32_t kUnknown = 0xFFFFFFFFu;
+    const PvsData& data_;
+    std::vector<std::uint32_t> renumbered_;
+    std::size_t words_;
+    std::vector<std::uint64_t> always_;
+    std::map<std::vector<std::uint64_t>, std::uint32_t> numbers_;
+};
+
+ByteWriter encode_meta(const PvsData& data, std::uint32_t row_count) {
+    ByteWriter out;
+    out.u8(std::uint8_t(data.guarantee));
+    out.u8(data.sides);
+    out.u16(0);
+    out.u32(std::uint32_t(RowCoding::cheapest));
+    out.u32(static_cast<std::uint32_t>(data.objects.size()));
+    out.u32(row_count);
+    out.u64(data.structure_fingerprint);
+    out.raw(std::as_bytes(std::span(data.scene_fingerprint)));
+    for (const Vec3d& corner : {data.origin, data.grid.bounds.min, data.grid.bounds.max})
+        for (int axis = 0; axis < 3; ++axis)
+            out.f64(corner[axis]);
+    for (std::uint32_t count : data.grid.count)
+        out.u32(count);
+    out.u32(static_cast<std::uint32_t>(data.method.size()));
+    out.u32(static_cast<std::uint32_t>(data.tool_version.size()));
+    for (int i = 0; i < 3; ++i)
+        out.u32(0);
+    out.text(data.method);
+    out.text(data.tool_version);
+    return out;
+}
+
+ByteWriter encode_objects(const PvsData& data) {
+    ByteWriter out;
+    std::uint32_t name_end = 0;
+    for (const PvsObject& object : data.objects) {
+        name_end += static_cast<std::uint32_t>(object.name.size());
+        out.i32(object.node);
+        out.i32(object.primitive);
+        out.i32(object.instance);
+        out.u32(object.flags);
+        out.u32(object.triangle_count);
+        out.u32(name_end);
+        for (const Vec3f& corner : {object.bounds.min, object.bounds.max})
+            for (int axis = 0; axis < 3; ++axis)
+                out.f32(corner[axis]);
+    }
+    return out;
+}
+
+} // namespace
+
+Result<std::vector<std::byte>> encode_pvs(const PvsData& data) {
+    if (Status status = check(data); !status)
+        return status;
+    ByteWriter names, cells;
+    for (const PvsObject& object : data.objects)
+        names.text(object.name);
+    RowTable table(data);
+    for (std::uint32_t row : data.cell_row)
+        cells.u32(row >= kCellSolid ? row : table.use(row));
+    if (!table.fits || !fits_u32(names.bytes.size()))
+        return Status(ErrorCode::limit, "encode_pvs: more than 4 GiB of coded rows or names; bake fewer cells");
+    ByteWriter meta = encode_meta(data, table.count()), objects = encode_objects(data);
+    const Section sections[] = {
+        {kMetaChunk, kRequired, meta.bytes},
+        {kOptionsChunk, kRequired, std::as_bytes(std::span(data.options_json.data(), data.options_json.size()))},
+        {kObjectsChunk, kRequired, objects.bytes},
+        {kNamesChunk, kRequired, names.bytes},
+        {kCellsChunk, kRequired, cells.bytes},
+        {kRowIndexChunk, kRequired, table.index.bytes},
+        {kRowsChunk, kRequired, table.rows.bytes},
+    };
+    return write_chunks(sections);
+}
+
+} // namespace antumbra

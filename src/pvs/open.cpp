@@ -1,0 +1,190 @@
+// Opening: proves once that every range of every chunk lies inside the file, so that queries can trust them. The
+// proof does not rely on checksums: a file made to deceive, with right checksums, is refused or answered safely.
+#include "pvs/format.hpp"
+#include "pvs/grid.hpp"
+#include "pvs/row_coding.hpp"
+
+namespace antumbra {
+namespace {
+
+Status corrupt(ChunkId chunk, const std::string& what) {
+    return {ErrorCode::corrupt, "chunk " + to_string(chunk) + ": " + what + "; the file is damaged, bake it again"};
+}
+
+std::string_view as_text(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+Vec3d load_vec3d(std::span<const std::byte> bytes, std::size_t at) {
+    return {load_f64(bytes, at), load_f64(bytes, at + 8), load_f64(bytes, at + 16)};
+}
+
+bool is_known(ChunkId id) {
+    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kRowIndexChunk,
+                          kRowsChunk})
+        if (id == known)
+            return true;
+    return false;
+}
+
+Status check_known(std::span<const Section> sections) {
+    for (const Section& section : sections)
+        if ((section.flags & kRequired) && !is_known(section.id))
+            return {ErrorCode::unsupported, "chunk " + to_string(section.id) +
+                                                ": this program does not know it, and it may not be skipped; use a "
+                                                "later version of Antumbra"};
+    return {};
+}
+
+Result<std::span<const std::byte>> find_section(std::span<const Section> sections, ChunkId id) {
+    for (const Section& section : sections)
+        if (section.id == id)
+            return section.bytes;
+    return corrupt(id, "it is missing");
+}
+
+/// The ends of names and of coded rows: `at(i)` never falls and the last is `size`.
+template <class At>
+bool are_ends(std::uint64_t count, std::uint64_t size, At at) {
+    std::uint64_t end = 0;
+    for (std::uint64_t i = 0; i < count; ++i) {
+        std::uint64_t next = at(i);
+        if (next < end || next > size)
+            return false;
+        end = next;
+    }
+    return end == size;
+}
+
+} // namespace
+
+/// Fills a Pvs from its sections, one at a time; each step relies only on those before it.
+class PvsOpener {
+  public:
+    PvsOpener(std::span<const Section> sections, Pvs& pvs) : sections_(sections), pvs_(pvs) {}
+
+    Status run() {
+        if (Status status = check_known(sections_); !status)
+            return status;
+        for (Status (PvsOpener::*step)() : {&PvsOpener::meta, &PvsOpener::options, &PvsOpener::objects,
+                                            &PvsOpener::cells, &PvsOpener::rows})
+            if (Status status = (this->*step)(); !status)
+                return status;
+        return {};
+    }
+
+  private:
+    Status get(ChunkId id, std::span<const std::byte>& bytes) {
+        Result<std::span<const std::byte>> found = find_section(sections_, id);
+        if (found)
+            bytes = *found;
+        return found.status();
+    }
+
+    Status meta() {
+        std::span<const std::byte> bytes;
+        if (Status status = get(kMetaChunk, bytes); !status)
+            return status;
+        if (bytes.size() < kMetaBytes)
+            return corrupt(kMetaChunk, "it is too short");
+        std::uint8_t guarantee = std::to_integer<std::uint8_t>(bytes[0]);
+        if (guarantee < std::uint8_t(Guarantee::exact) || guarantee > std::uint8_t(Guarantee::approximate))
+            return corrupt(kMetaChunk, "the guarantee is none of the four");
+        if (RowCoding(load_u32(bytes, 4)) != RowCoding::cheapest)
+            return {ErrorCode::unsupported, "chunk 'META': this program does not know row coding " +
+                                                std::to_string(load_u32(bytes, 4)) +
+                                                "; use a later version of Antumbra"};
+        pvs_.guarantee_ = Guarantee(guarantee);
+        pvs_.sides_ = std::to_integer<std::uint8_t>(bytes[1]);
+        pvs_.object_count_ = load_u32(bytes, 8);
+        pvs_.row_count_ = load_u32(bytes, 12);
+        pvs_.structure_fingerprint_ = load_u64(bytes, 16);
+        for (std::size_t i = 0; i < 16; ++i)
+            pvs_.scene_fingerprint_[i] = std::to_integer<std::uint8_t>(bytes[24 + i]);
+        pvs_.origin_ = load_vec3d(bytes, 40);
+        pvs_.grid_.bounds = {load_vec3d(bytes, 64), load_vec3d(bytes, 88)};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            pvs_.grid_.count[axis] = load_u32(bytes, 112 + 4 * axis);
+        if (!is_usable(pvs_.grid_, cell_count_) || !is_finite(pvs_.origin_))
+            return corrupt(kMetaChunk, "the cell grid is empty, too large or not finite");
+        return meta_texts(bytes.subspan(kMetaBytes), load_u32(bytes, 124), load_u32(bytes, 128));
+    }
+
+    Status meta_texts(std::span<const std::byte> texts, std::uint64_t method, std::uint64_t tool_version) {
+        if (method + tool_version != texts.size())
+            return corrupt(kMetaChunk, "the lengths of its texts contradict its size");
+        pvs_.method_ = as_text(texts.first(std::size_t(method)));
+        pvs_.tool_version_ = as_text(texts.subspan(std::size_t(method)));
+        return {};
+    }
+
+    Status options() {
+        std::span<const std::byte> bytes;
+        Status status = get(kOptionsChunk, bytes);
+        pvs_.options_json_ = as_text(bytes);
+        return status;
+    }
+
+    Status objects() {
+        if (Status status = get(kObjectsChunk, pvs_.objects_); !status)
+            return status;
+        if (Status status = get(kNamesChunk, pvs_.names_); !status)
+            return status;
+        std::uint64_t count = pvs_.object_count_;
+        if (pvs_.objects_.size() != count * kObjectBytes)
+            return corrupt(kObjectsChunk, "its size contradicts the number of objects");
+        auto name_end = [&](std::uint64_t i) { return load_u32(pvs_.objects_, std::size_t(i) * kObjectBytes + 20); };
+        if (!are_ends(count, pvs_.names_.size(), name_end))
+            return corrupt(kObjectsChunk, "the ends of the names are out of order");
+        pvs_.always_visible_.assign(words_for(std::size_t(count)), 0);
+        for (std::size_t o = 0; o < count; ++o)
+            if (load_u32(pvs_.objects_, o * kObjectBytes + 12) & kAlwaysVisibleFlag)
+                pvs_.always_visible_[o / 64] |= std::uint64_t(1) << (o % 64);
+        return {};
+    }
+
+    Status cells() {
+        if (Status status = get(kCellsChunk, pvs_.cells_); !status)
+            return status;
+        if (pvs_.cells_.size() % kCellBytes != 0 || pvs_.cells_.size() / kCellBytes != cell_count_)
+            return corrupt(kCellsChunk, "its size contradicts the cell grid");
+        for (std::uint64_t c = 0; c < cell_count_; ++c)
+            if (std::uint32_t row = pvs_.cell_row(c); row >= pvs_.row_count_ && row < kCellSolid)
+                return corrupt(kCellsChunk, "cell " + std::to_string(c) + " refers to a row that does not exist");
+        return {};
+    }
+
+    Status rows() {
+        if (Status status = get(kRowIndexChunk, pvs_.row_index_); !status)
+            return status;
+        if (Status status = get(kRowsChunk, pvs_.row_bytes_); !status)
+            return status;
+        std::uint64_t count = pvs_.row_count_;
+        if (pvs_.row_index_.size() != count * kRowIndexBytes)
+            return corrupt(kRowIndexChunk, "its size contradicts the number of rows");
+        auto row_end = [&](std::uint64_t r) { return load_u32(pvs_.row_index_, std::size_t(r) * kRowIndexBytes); };
+        if (!are_ends(count, pvs_.row_bytes_.size(), row_end))
+            return corrupt(kRowIndexChunk, "the ends of the rows are out of order");
+        for (std::uint32_t r = 0; r < count; ++r)
+            if (!is_row(pvs_.coded_row(r), pvs_.object_count_))
+                return corrupt(kRowsChunk, "row " + std::to_string(r) + " cannot be decoded");
+        return {};
+    }
+
+    std::span<const Section> sections_;
+    Pvs& pvs_;
+    std::uint64_t cell_count_ = 0;
+};
+
+Result<Pvs> Pvs::open(std::span<const std::byte> bytes) {
+    Result<std::vector<Section>> sections = read_chunks(bytes);
+    if (!sections)
+        return sections.status();
+    Pvs pvs;
+    pvs.bytes_ = bytes;
+    if (Status status = PvsOpener(*sections, pvs).run(); !status)
+        return status;
+    return pvs;
+}
+
+} // namespace antumbra

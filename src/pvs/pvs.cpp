@@ -1,1 +1,0 @@
-#include <antumbra/pvs.hpp>
