@@ -12,23 +12,27 @@ MAY_INCLUDE = {
     "base": [],
     "geometry": ["base"],
     "tree": ["geometry"],
+    "raster": ["geometry"],
+    "occluders": ["tree"],
     "pvs": ["geometry"],
+    "cull": ["tree", "raster", "occluders", "pvs"],
     "scene": ["geometry"],
     "import": ["scene"],
     "export": ["scene"],
     "generate": ["scene"],
     "rays": ["scene", "tree"],
-    "bake": ["rays", "pvs"],
-    "evaluate": ["bake", "import", "export", "generate"],
+    "occluder_finding": ["rays", "raster", "occluders"],
+    "bake": ["rays", "occluder_finding", "pvs"],
+    "evaluate": ["bake", "cull", "import", "export", "generate"],
     "capi": ["pvs"],
 }
 # Public headers and the module that each belongs to.
 PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
-    "generate": "generate", "pvs": "pvs", "bake": "bake", "evaluate": "evaluate", "antumbra": "capi",
+    "generate": "generate", "pvs": "pvs", "cull": "cull", "bake": "bake", "evaluate": "evaluate", "antumbra": "capi",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
-RUNTIME = {"base", "geometry", "tree", "pvs", "capi"}
+RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "pvs", "cull", "capi"}
 SYSTEM_ONLY_IN = {"base": {"fcntl.h", "unistd.h", "sys/mman.h", "sys/stat.h"}}
 
 

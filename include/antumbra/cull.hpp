@@ -1,0 +1,147 @@
+// Run-time culling: which objects can be seen from one view, decided anew each frame, without any bake.
+//
+// Run-time module: standard library only, no exceptions. A CullScene is made once; any number of cullers and
+// threads read it. What changes from frame to frame lives in one ViewState per view, owned by the caller.
+//
+//     CullScene scene = CullScene::create({.bounds = boxes, .flags = flags});
+//     auto culler = make_culler("frustum", scene).value();   // *Result
+//     ViewState state;
+//     CullResult result;
+//     culler->cull(view, state, result);                      // each frame
+#pragma once
+
+#include <antumbra/math.hpp>
+#include <antumbra/pvs.hpp>
+#include <antumbra/status.hpp>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace antumbra {
+
+enum class Projection : std::uint8_t { perspective, orthographic };
+
+/// A camera in local coordinates (world minus the scene's origin). Whether the renderer stores z reversed does not
+/// matter here: the view volume is the same.
+struct View {
+    Projection projection = Projection::perspective;
+    Vec3d eye{0, 0, 0};
+    Vec3d target{0, 0, -1};
+    Vec3d up{0, 1, 0};
+    double fov_y_deg = 60;        ///< perspective: full vertical angle, above 0 and below 180
+    double height = 10;           ///< orthographic: height of the view volume, scene units
+    double aspect = 16.0 / 9.0;   ///< width / height
+    double near_plane = 0.1;      ///< distance along the viewing direction; perspective: >= 0
+    double far_plane = std::numeric_limits<double>::infinity();
+};
+
+/// nullptr for a view that makes sense, else why it does not ("the field of view is not between 0 and 180
+/// degrees"). Cullers answer such a view with everything.
+const char* problem_of(const View& view);
+
+/// Which machine code the kernels use. The results are the same bit for bit; `automatic` takes the best that the
+/// processor has.
+enum class InstructionSet : std::uint8_t { automatic, scalar, avx2, avx512 };
+
+/// What a CullScene is made of. Only read during create().
+struct CullSceneInput {
+    std::span<const Box3f> bounds;           ///< local, one per object
+    std::span<const std::uint32_t> flags;    ///< ObjectFlag of scene.hpp; empty: no flags
+    Vec3d origin;                            ///< world position of local zero (only `pvs` asks)
+};
+
+/// Immutable boxes and the trees above them. Cheap to copy (shared), safe from any number of threads.
+class CullScene {
+  public:
+    struct Data;
+    /// O(n log n). Objects with kAlwaysVisible, and those whose box is empty, not finite or beyond 1e17 units, are
+    /// kept out of the trees and reported in every frame.
+    static CullScene create(const CullSceneInput& input);
+
+    std::uint32_t object_count() const;
+    std::size_t words() const { return (std::size_t(object_count()) + 63) / 64; }
+    std::span<const Box3f> bounds() const;
+    const Data& data() const { return *data_; } ///< for the cullers
+
+  private:
+    std::shared_ptr<const Data> data_;
+};
+
+/// What the stages of one call did. A stage that a method does not have stays 0.
+struct CullCounters {
+    std::uint64_t nodes_visited = 0;      ///< inner nodes of the tree that were opened
+    std::uint64_t boxes_tested = 0;       ///< boxes (of nodes and objects) put to the frustum
+    std::uint64_t outside_frustum = 0;    ///< boxes rejected by the frustum
+    std::uint64_t hidden_by_pvs = 0;      ///< objects that the baked cell does not see
+};
+
+struct CullResult {
+    std::vector<std::uint64_t> visible; ///< bit set over objects; bits beyond the objects are zero
+    std::uint32_t visible_count = 0;    ///< set bits in `visible`
+    /// True if the method had to give up and reports every object; `reason` says why (static text).
+    bool everything = false;
+    const char* reason = "";
+    CullCounters counters;
+
+    bool is_visible(std::uint32_t object) const { return visible[object / 64] >> (object % 64) & 1; }
+};
+
+/// What one view keeps between frames: caches, lists, buffers. Belongs to the culler it was last used with (using
+/// it with another one empties it) and to one thread at a time. Bounded; allocates in the first frames only.
+class ViewState {
+  public:
+    struct Storage {
+        virtual ~Storage() = default;
+    };
+    ViewState() = default;
+    ViewState(ViewState&&) noexcept = default;
+    ViewState& operator=(ViewState&&) noexcept = default;
+
+    /// For cullers: the storage of type T that belongs to the culler with this serial number.
+    template <class T, class... Arguments>
+    T& storage(std::uint64_t serial, Arguments&&... arguments) {
+        if (serial != serial_ || !storage_) {
+            storage_ = std::make_unique<T>(std::forward<Arguments>(arguments)...);
+            serial_ = serial;
+        }
+        return static_cast<T&>(*storage_);
+    }
+
+  private:
+    std::uint64_t serial_ = 0;
+    std::unique_ptr<Storage> storage_;
+};
+
+/// One method of culling over one CullScene (of which it keeps a share). Thread-safe: cull() is const and all that
+/// changes is in `state` and `result`.
+class Culler {
+  public:
+    virtual ~Culler() = default;
+    virtual std::string_view name() const = 0;
+    /// Of the reported set against what is visible in the view.
+    virtual Guarantee guarantee() const = 0;
+    /// Never fails: whatever cannot be decided is visible. An object whose box touches the view volume is inside.
+    virtual void cull(const View& view, ViewState& state, CullResult& result) const = 0;
+};
+
+struct CullerOptions {
+    InstructionSet instruction_set = InstructionSet::automatic;
+    const Pvs* pvs = nullptr; ///< `pvs` needs one of the same objects in the same order; it must outlive the culler
+};
+
+/// Names that make_culler() knows, from the plainest method to the most elaborate.
+std::span<const std::string_view> culler_names();
+
+/// One line about a method, for help texts; "" for an unknown name.
+std::string_view culler_summary(std::string_view name);
+
+/// ErrorCode::usage: unknown name (the message lists the known ones) or a missing option; mismatch: a Pvs with
+/// another number of objects; unsupported: the processor lacks the instruction set that was asked for.
+Result<std::unique_ptr<Culler>> make_culler(std::string_view name, const CullScene& scene,
+                                            const CullerOptions& options = {});
+
+} // namespace antumbra

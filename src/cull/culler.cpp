@@ -1,0 +1,59 @@
+#include "cull/methods.hpp"
+
+#include <array>
+#include <atomic>
+#include <string>
+
+namespace antumbra {
+namespace {
+
+struct Method {
+    std::string_view name, summary;
+    Result<CullerPointer> (*make)(const CullScene&, const CullerOptions&);
+};
+
+constexpr std::array kMethods{
+    Method{"none", "reports every object",
+           [](const CullScene& scene, const CullerOptions&) { return Result<CullerPointer>(make_none(scene)); }},
+    Method{"frustum-scalar", "view frustum, one box at a time over a binary tree: the denominator of all ratios",
+           [](const CullScene& scene, const CullerOptions&) {
+               return Result<CullerPointer>(make_frustum_scalar(scene));
+           }},
+    Method{"frustum", "view frustum, eight boxes at a time over a wide tree", make_frustum},
+};
+
+} // namespace
+
+std::span<const std::string_view> culler_names() {
+    static const auto names = [] {
+        std::array<std::string_view, kMethods.size()> list;
+        for (std::size_t i = 0; i < kMethods.size(); ++i)
+            list[i] = kMethods[i].name;
+        return list;
+    }();
+    return names;
+}
+
+std::string_view culler_summary(std::string_view name) {
+    for (const Method& method : kMethods)
+        if (method.name == name)
+            return method.summary;
+    return "";
+}
+
+Result<CullerPointer> make_culler(std::string_view name, const CullScene& scene, const CullerOptions& options) {
+    std::string known;
+    for (const Method& method : kMethods) {
+        if (method.name == name)
+            return method.make(scene, options);
+        known += (known.empty() ? "" : ", ") + std::string(method.name);
+    }
+    return Status(ErrorCode::usage, "unknown culling method '" + std::string(name) + "'; known are: " + known);
+}
+
+std::uint64_t new_culler_serial() {
+    static std::atomic<std::uint64_t> next{1};
+    return next.fetch_add(1, std::memory_order_relaxed);
+}
+
+} // namespace antumbra

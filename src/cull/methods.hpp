@@ -1,0 +1,20 @@
+// The constructors of the methods, one file each. The neighbours never include each other.
+#pragma once
+
+#include <antumbra/cull.hpp>
+
+#include <memory>
+
+namespace antumbra {
+
+using CullerPointer = std::unique_ptr<Culler>;
+
+CullerPointer make_none(const CullScene& scene);
+CullerPointer make_frustum_scalar(const CullScene& scene);
+Result<CullerPointer> make_frustum(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options);
+
+/// A number that no other culler of the process has, for ViewState::storage.
+std::uint64_t new_culler_serial();
+
+} // namespace antumbra
