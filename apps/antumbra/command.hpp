@@ -64,5 +64,6 @@ void add_query(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_walk(CLI::App& app);
+void add_cull(CLI::App& app);
 
 } // namespace antumbra::app

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
     add_inspect(app);
     add_verify(app);
     add_walk(app);
+    add_cull(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& error) {

@@ -20,6 +20,7 @@ constexpr std::array kMethods{
                return Result<CullerPointer>(make_frustum_scalar(scene));
            }},
     Method{"frustum", "view frustum, eight boxes at a time over a wide tree", make_frustum},
+    Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };
 
 } // namespace

@@ -296,6 +296,12 @@ TEST(MakeCuller, unknown_name_lists_the_known_ones) {
     }
 }
 
+TEST(MakeCuller, pvs_without_a_file_is_a_usage_error) {
+    auto culler = make_culler("pvs", scene_of({}));
+    ASSERT_FALSE(culler.ok());
+    EXPECT_EQ(culler.status().code(), ErrorCode::usage);
+}
+
 TEST(ViewState, moves_between_cullers_and_does_not_allocate_in_steady_state) {
     Random random(17);
     CullScene scene = scene_of(test::random_boxes(random, 300, {0, 0, 0}, 10));

@@ -1,0 +1,142 @@
+#include "command.hpp"
+
+#include <antumbra/cull.hpp>
+
+#include "base/file.hpp"
+
+#include <fmt/format.h>
+
+namespace antumbra::app {
+namespace {
+
+struct CullArguments {
+    Common common;
+    SceneArguments scene;
+    std::string method = "frustum", pvs, eye, direction = "0,0,-1", up = "0,1,0";
+    View view;
+    bool orthographic = false;
+};
+
+Status place_view(const CullArguments& arguments, const Scene& scene, View& view) {
+    Result<Vec3d> eye = parse_vec3(arguments.eye, "--eye");
+    Result<Vec3d> direction = parse_vec3(arguments.direction, "--dir");
+    Result<Vec3d> up = parse_vec3(arguments.up, "--up");
+    for (const Status* status : {&eye.status(), &direction.status(), &up.status()})
+        if (!*status)
+            return *status;
+    view = arguments.view;
+    view.projection = arguments.orthographic ? Projection::orthographic : Projection::perspective;
+    view.eye = scene.to_local(*eye);
+    view.target = view.eye + *direction;
+    view.up = *up;
+    return {};
+}
+
+CullScene cull_scene_of(const Scene& scene) {
+    std::vector<Box3f> bounds;
+    std::vector<std::uint32_t> flags;
+    for (const Object& object : scene.objects()) {
+        bounds.push_back(object.bounds);
+        flags.push_back(object.flags);
+    }
+    CullSceneInput input;
+    input.bounds = bounds;
+    input.flags = flags;
+    input.origin = scene.origin();
+    return CullScene::create(input);
+}
+
+void print_result(const CullArguments& arguments, const Scene& scene, const Culler& culler, const CullResult& result) {
+    const std::pair<const char*, std::uint64_t> counters[] = {
+        {"nodes_visited", result.counters.nodes_visited},
+        {"boxes_tested", result.counters.boxes_tested},
+        {"outside_frustum", result.counters.outside_frustum},
+        {"hidden_by_pvs", result.counters.hidden_by_pvs},
+    };
+    if (arguments.common.json) {
+        Json document;
+        document["method"] = culler.name();
+        document["guarantee"] = to_string(culler.guarantee());
+        document["objects"] = scene.objects().size();
+        document["count"] = result.visible_count;
+        document["everything"] = result.everything;
+        document["reason"] = result.reason;
+        for (auto [name, value] : counters)
+            document["counters"][name] = value;
+        document["visible"] = Json::array();
+        for (std::uint32_t o = 0; o < scene.objects().size(); ++o)
+            if (result.is_visible(o)) {
+                const ObjectId& id = scene.objects()[o].id;
+                document["visible"].push_back({{"id", o}, {"node", id.node}, {"primitive", id.primitive},
+                                               {"instance", id.instance}, {"name", scene.name(o)}});
+            }
+        return print_json(document);
+    }
+    fmt::print("{} ({}): {} of {} objects\n", culler.name(), to_string(culler.guarantee()), result.visible_count,
+               scene.objects().size());
+    if (*result.reason)
+        fmt::print("why        {}\n", result.reason);
+    for (auto [name, value] : counters)
+        fmt::print("{:<26} {}\n", name, value);
+}
+
+int run_cull(const CullArguments& arguments) {
+    Result<Scene> scene = arguments.scene.load();
+    if (!scene)
+        return fail(scene.status());
+    CullerOptions options;
+    std::optional<MappedFile> file;
+    std::optional<Pvs> pvs;
+    if (!arguments.pvs.empty()) {
+        Result<MappedFile> opened = MappedFile::open(arguments.pvs);
+        if (!opened)
+            return fail(opened.status());
+        file.emplace(std::move(*opened));
+        Result<Pvs> parsed = Pvs::open(file->bytes());
+        if (!parsed)
+            return fail(parsed.status().in(arguments.pvs));
+        if (parsed->scene_fingerprint() != scene->fingerprint())
+            return fail(Status(ErrorCode::mismatch, arguments.pvs + ": baked from another scene than " +
+                                                        arguments.scene.path + "; bake it again"));
+        pvs.emplace(std::move(*parsed));
+        options.pvs = &*pvs;
+    }
+    CullScene cull_scene = cull_scene_of(*scene);
+    Result<std::unique_ptr<Culler>> culler = make_culler(arguments.method, cull_scene, options);
+    if (!culler)
+        return fail(culler.status());
+    View view;
+    if (Status status = place_view(arguments, *scene, view); !status)
+        return fail(status);
+    ViewState state;
+    CullResult result;
+    (*culler)->cull(view, state, result);
+    print_result(arguments, *scene, **culler, result);
+    return 0;
+}
+
+} // namespace
+
+void add_cull(CLI::App& app) {
+    auto arguments = std::make_shared<CullArguments>();
+    CLI::App& command = *app.add_subcommand("cull", "One run-time culling of one view, with what each stage did");
+    arguments->scene.add_to(command);
+    std::vector<std::string> names;
+    for (std::string_view name : culler_names())
+        names.emplace_back(name);
+    command.add_option("--method", arguments->method, "How to cull")->check(CLI::IsMember(names))->capture_default_str();
+    command.add_option("--pvs", arguments->pvs, "A bake of the same scene");
+    command.add_option("--eye", arguments->eye, "Where the viewer is: X,Y,Z")->required();
+    command.add_option("--dir", arguments->direction, "Where the viewer looks: X,Y,Z")->capture_default_str();
+    command.add_option("--up", arguments->up, "What is up: X,Y,Z")->capture_default_str();
+    command.add_option("--fov", arguments->view.fov_y_deg, "Vertical field of view, degrees")->capture_default_str();
+    command.add_option("--aspect", arguments->view.aspect, "Width / height")->capture_default_str();
+    command.add_option("--near", arguments->view.near_plane, "Near plane")->capture_default_str();
+    command.add_option("--far", arguments->view.far_plane, "Far plane");
+    command.add_flag("--orthographic", arguments->orthographic, "Parallel projection");
+    command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
+    add_common(command, arguments->common, "antumbra cull city.glb --method frustum --eye 0,1.7,0 --dir 1,0,0",
+               [arguments] { return run_cull(*arguments); });
+}
+
+} // namespace antumbra::app
