@@ -28,9 +28,10 @@ Result<RawScene> import_file(const std::string& path, const ImportOptions& optio
 /// glTF 2.0 from memory: GLB, or JSON with `folder` as the place of its external buffers ("" allows none).
 Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string& name,
                              const std::string& folder, const ImportOptions& options = {});
-/// Wavefront OBJ, parsed in double. Groups (`o`, `g`) are objects; faces are seen from both sides.
+/// Wavefront OBJ, parsed in double. Groups (`o`, `g`) are objects; faces are seen from both sides. `folder` is
+/// where its material libraries lie ("" reads none).
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name,
-                            const ImportOptions& options = {});
+                            const std::string& folder, const ImportOptions& options = {});
 
 /// import_file, then Scene::create.
 Result<Scene> load_scene(const std::string& path, const ImportOptions& options = {},

@@ -1,6 +1,7 @@
 #include "base/file.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -46,7 +47,8 @@ Status sync_folder_of(const std::string& path) {
 } // namespace
 
 Result<MappedFile> MappedFile::open(const std::string& path, std::uint64_t max_bytes) {
-    int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    // Non-blocking, for opening a pipe would wait for its writer; regular files do not care.
+    int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (descriptor < 0)
         return system_error(path, "open");
     struct stat info {};
@@ -149,5 +151,14 @@ Status remove_file(const std::string& path) {
 }
 
 bool file_exists(const std::string& path) { return ::access(path.c_str(), F_OK) == 0; }
+
+Result<std::string> real_path(const std::string& path) {
+    char* found = ::realpath(path.c_str(), nullptr);
+    if (!found)
+        return system_error(path, "find");
+    std::string text = found;
+    std::free(found);
+    return text;
+}
 
 } // namespace antumbra

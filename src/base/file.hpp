@@ -54,5 +54,7 @@ class AppendFile {
 
 Status remove_file(const std::string& path);
 bool file_exists(const std::string& path);
+/// The absolute path with every link followed; ErrorCode::io if there is no such file.
+Result<std::string> real_path(const std::string& path);
 
 } // namespace antumbra
