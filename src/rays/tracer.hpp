@@ -8,6 +8,7 @@
 #include <antumbra/scene.hpp>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace antumbra {
@@ -38,20 +39,25 @@ class Tracer final : public FirstHitCaster {
     /// of those that it meets, in no order. `visit` returns false to stop.
     template <class Visit>
     void for_each_near_segment(const Vec3d& p, const Vec3d& q, Visit&& visit) const {
-        std::vector<std::uint32_t>& found = scratch();
+        std::vector<std::uint32_t> found = std::move(scratch()); // taken, so that `visit` may call this again
         collect_near_segment(p, q, found);
         for (std::uint32_t triangle : found)
             if (!visit(triangle))
-                return;
+                break;
+        scratch() = std::move(found);
     }
 
     /// Share of the memory: bytes of the tree.
     std::size_t memory_bytes() const;
 
   private:
+    friend class Arbiter;
     struct Tree;
-    Tracer() = default;
-    static std::vector<std::uint32_t>& scratch();
+    Tracer();
+    static std::vector<std::uint32_t>& scratch(); ///< of the calling thread
+    /// Occluding triangles whose slightly enlarged boxes the points p + t * direction, 0 <= t <= end, touch.
+    void collect_near_ray(const Vec3d& p, const Vec3d& direction, double end,
+                          std::vector<std::uint32_t>& found) const;
     void collect_near_segment(const Vec3d& p, const Vec3d& q, std::vector<std::uint32_t>& found) const;
     std::unique_ptr<Tree> tree_;
 };

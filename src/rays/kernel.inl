@@ -1,0 +1,131 @@
+// Walks and tests, generic over a policy that supplies:
+//   int  enter(node, ray, limit, distance[kWidth])   bit per child whose box the ray enters at or before `limit`
+//   int  cover(block, ray, Candidates&)              bit per lane whose triangle the ray's line passes
+// Included by one source file per instruction set, after its headers, inside an anonymous namespace, so that no
+// two copies can be mixed up by the linker.
+
+/// What a triangle test leaves for the lanes that passed it.
+struct alignas(32) Candidates {
+    double t[kLanes];
+    double area[kLanes]; ///< sign: the turning direction as seen along the ray's main axis
+};
+
+/// Clamps t into the stretch of the ray inside the triangle's own box, grown by ray.margin; false if there is none
+/// at positive t.
+///
+/// Why: with this clamp a hit's t lies in the stretch of every box around the triangle, as the walk computes it (see
+/// `enter`), so pruning never drops a hit: the answer does not depend on the tree. And it throws out the hits that
+/// rounding invents far away from a triangle whose plane holds the ray. It never throws out a ray that passes
+/// within the margin of a point of the triangle.
+inline bool clamp_to_box(const Block& block, int lane, const PreparedRay& ray, double& t) {
+    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+        double a = block.corner[0][k][lane], b = block.corner[1][k][lane], c = block.corner[2][k][lane];
+        double low = a < b ? a : b, high = a < b ? b : a;
+        low = c < low ? c : low;
+        high = c > high ? c : high;
+        double at_low = (low - (ray.origin[k] + ray.margin)) * ray.inverse[k];
+        double at_high = (high - (ray.origin[k] - ray.margin)) * ray.inverse[k];
+        double first = ray.inverse[k] < 0 ? at_high : at_low, last = ray.inverse[k] < 0 ? at_low : at_high;
+        enter = first > enter ? first : enter;
+        leave = last < leave ? last : leave;
+    }
+    if (!(enter <= leave) || !(t > 0))
+        return false;
+    t = t < enter ? enter : t;
+    t = t > leave ? leave : t;
+    return t > 0;
+}
+
+/// Calls consume(t, triangle, front, double_sided) for each lane that is hit; consume returns the new limit.
+template <bool all_sides, class Consume>
+inline void resolve(const Block& block, const PreparedRay& ray, int lanes, const Candidates& candidates,
+                    double& limit, Consume&& consume) {
+    while (lanes) {
+        int lane = __builtin_ctz(static_cast<unsigned>(lanes));
+        lanes &= lanes - 1;
+        double t = candidates.t[lane];
+        if (!clamp_to_box(block, lane, ray, t) || !(t <= limit))
+            continue;
+        bool turned = (((block.flipped >> lane) & 1) != 0) != ray.against;
+        bool front = (candidates.area[lane] > 0) != turned;
+        bool double_sided = ((block.double_sided >> lane) & 1) != 0;
+        if (all_sides || front || double_sided)
+            limit = consume(t, block.triangle[lane], front, double_sided);
+    }
+}
+
+/// Front to back through the tree; `consume` as in resolve().
+template <class Policy, bool all_sides, class Consume>
+inline void walk(const TreeView& tree, const PreparedRay& ray, double limit, Consume&& consume) {
+    struct Entry {
+        std::uint32_t first, count;
+        float distance;
+    };
+    if (!tree.nodes)
+        return;
+    Entry stack[kMaxBvhDepth * (kWidth - 1) + kWidth];
+    int depth = 0;
+    stack[depth++] = {0, 0, 0};
+    while (depth) {
+        Entry entry = stack[--depth];
+        if (static_cast<double>(entry.distance) > limit)
+            continue;
+        if (entry.count) {
+            for (std::uint32_t b = entry.first; b < entry.first + entry.count; ++b) {
+                Candidates candidates;
+                int lanes = Policy::cover(tree.blocks[b], ray, candidates);
+                if (lanes)
+                    resolve<all_sides>(tree.blocks[b], ray, lanes, candidates, limit, consume);
+            }
+            continue;
+        }
+        const Node& node = tree.nodes[entry.first];
+        alignas(32) float distance[kWidth];
+        int children = Policy::enter(node, ray, limit, distance);
+        int bottom = depth;
+        while (children) {
+            int child = __builtin_ctz(static_cast<unsigned>(children));
+            children &= children - 1;
+            // Insertion keeps the new entries sorted, the nearest on top.
+            int place = depth++;
+            while (place > bottom && stack[place - 1].distance < distance[child]) {
+                stack[place] = stack[place - 1];
+                --place;
+            }
+            stack[place] = {node.first[child], node.count[child], distance[child]};
+        }
+    }
+}
+
+template <class Policy>
+void nearest(const TreeView& tree, const PreparedRay& ray, Hit& best) {
+    walk<Policy, false>(tree, ray, best.t, [&](double t, std::uint32_t triangle, bool, bool) {
+        if (t < best.t || triangle < best.triangle)
+            best = {t, triangle};
+        return best.t;
+    });
+}
+
+template <class Policy, bool all_sides>
+void nearest_reported(const TreeView& tree, const PreparedRay& ray, Hit& best, const HitSink& sink) {
+    walk<Policy, all_sides>(tree, ray, best.t, [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
+        if (t < best.t || triangle < best.triangle)
+            best = {t, triangle};
+        sink.add(sink.self, t, triangle, front, double_sided);
+        return best.t;
+    });
+}
+
+template <class Policy>
+void all(const TreeView& tree, const PreparedRay& ray, double limit, const HitSink& sink) {
+    walk<Policy, false>(tree, ray, limit, [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
+        sink.add(sink.self, t, triangle, front, double_sided);
+        return limit;
+    });
+}
+
+template <class Policy>
+constexpr Kernel make_kernel(const char* name) {
+    return {name, nearest<Policy>, nearest_reported<Policy, false>, all<Policy>, nearest_reported<Policy, true>};
+}

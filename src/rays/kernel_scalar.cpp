@@ -1,0 +1,67 @@
+#include "rays/kernel.hpp"
+
+#include <limits>
+
+namespace antumbra::rays {
+namespace {
+
+#include "rays/kernel.inl"
+
+struct Scalar {
+    /// Float slabs. `low` and `high` hold the origin moved outward by twice the margin, and the inverses are moved
+    /// apart by 2^-21 relative, which outweighs the roundings of the subtraction, the inverse and the product
+    /// (3 * 2^-24). So a stretch here contains the one that clamp_to_box computes in doubles for any box inside.
+    static int enter(const Node& node, const PreparedRay& ray, double limit, float* distance) {
+        int mask = 0;
+        for (int i = 0; i < kWidth; ++i) {
+            float first = 0, last = std::numeric_limits<float>::infinity();
+            for (int k = 0; k < 3; ++k) {
+                bool up = ray.near_row[k] < ray.far_row[k];
+                float a = (node.bounds[ray.near_row[k]][i] - (up ? ray.high[k] : ray.low[k])) * ray.near_inverse[k];
+                float b = (node.bounds[ray.far_row[k]][i] - (up ? ray.low[k] : ray.high[k])) * ray.far_inverse[k];
+                first = a > first ? a : first;
+                last = b < last ? b : last;
+            }
+            distance[i] = first;
+            mask |= (first <= last && static_cast<double>(first) <= limit) ? 1 << i : 0;
+        }
+        return mask;
+    }
+
+    /// Watertight test after Woop, Benthin and Wald (2013), in doubles: corners relative to the origin are sheared
+    /// so that the ray runs along z; the signs of three 2D edge functions decide. Rounding to nearest is monotonic,
+    /// so fl(fl(ab) - fl(cd)) is zero or has the sign of ab - cd; swapping an edge's ends negates it exactly; zero
+    /// counts as inside. Hence of the triangles around a shared edge or vertex at least one is hit by every
+    /// ray that passes between them.
+    static int cover(const Block& block, const PreparedRay& ray, Candidates& candidates) {
+        int mask = 0;
+        for (int i = 0; i < kLanes; ++i) {
+            double x[3], y[3], z[3];
+            for (int c = 0; c < 3; ++c) {
+                z[c] = static_cast<double>(block.corner[c][ray.axis_z][i]) - ray.origin[ray.axis_z];
+                x[c] = (static_cast<double>(block.corner[c][ray.axis_x][i]) - ray.origin[ray.axis_x]) - ray.shear_x * z[c];
+                y[c] = (static_cast<double>(block.corner[c][ray.axis_y][i]) - ray.origin[ray.axis_y]) - ray.shear_y * z[c];
+            }
+            double u = x[2] * y[1] - y[2] * x[1];
+            double v = x[0] * y[2] - y[0] * x[2];
+            double w = x[1] * y[0] - y[1] * x[0];
+            bool outside = (u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0);
+            double area = (u + v) + w;
+            if (outside || !(area != 0))
+                continue;
+            candidates.area[i] = area;
+            candidates.t[i] = (((u * z[0] + v * z[1]) + w * z[2]) * ray.shear_z) / area;
+            mask |= 1 << i;
+        }
+        return mask;
+    }
+};
+
+} // namespace
+
+const Kernel& scalar_kernel() {
+    static constexpr Kernel kernel = make_kernel<Scalar>("scalar");
+    return kernel;
+}
+
+} // namespace antumbra::rays
