@@ -69,6 +69,7 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         document["bits_per_pair"] = bits_per_pair;
         document["mean_visible"] = statistics.mean_visible;
         document["undecided"] = 0; // a sampled bake decides nothing but what it has seen
+        document["aimed_rays"] = statistics.aimed_rays;
         document["confirmed_pairs"] = statistics.confirmed_pairs;
         document["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
         document["holdout_rays"] = statistics.holdout_rays;
@@ -152,8 +153,23 @@ void add_bake(CLI::App& app) {
         ->check(CLI::IsMember({"object"}))
         ->capture_default_str();
     command.add_option("--rays-per-cell", options.rays_per_cell, "Rays in uniform directions")->capture_default_str();
-    command.add_option("--rays-per-object", options.rays_per_object, "Rays aimed at each object not seen by those")
-        ->capture_default_str();
+    command
+        .add_option("--sampling", options.sampling, "How those rays are spent")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Sampling>{{"uniform", Sampling::uniform},
+                                                                            {"guided", Sampling::guided}}))
+        ->default_str("uniform");
+    SprtOptions& test = options.sequential;
+    command
+        .add_option("--sprt", test.reading, "Reading of the sequential test of each object not seen by those")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, SprtReading>{
+            {"wald", SprtReading::wald}, {"printed", SprtReading::printed}, {"normalised", SprtReading::normalised}}))
+        ->default_str("wald");
+    command.add_option("--st", test.s_t, "Share of hits below which an object need not be found")->capture_default_str();
+    command.add_option("--s1", test.s_1, "Share of hits at which it should be")->capture_default_str();
+    command.add_option("--sprt-a", test.a, "Visible above this likelihood ratio")->capture_default_str();
+    command.add_option("--sprt-b", test.b, "Invisible below this likelihood ratio")->capture_default_str();
+    command.add_flag("--informed-prior", options.informed_prior,
+                     "Weigh the test by how often objects of like size and distance were seen");
     command.add_option("--holdout-rays", options.holdout_rays, "Rays per cell that only measure the miss rate")
         ->capture_default_str();
     add_common(command, arguments->common, "antumbra bake house.glb -o house.pvs --cell-size 2",

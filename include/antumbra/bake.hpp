@@ -7,6 +7,31 @@
 
 namespace antumbra {
 
+/// What the likelihoods of the sequential test are (Gotsman, Sudarsky, Fayman 1999, section 5; the paper's text allows
+/// three readings, see docs/methods/five_dimensional.md).
+enum class SprtReading : std::uint8_t {
+    wald,       ///< simple against simple: s_1 against s_t
+    printed,    ///< the paper's integrals as printed: a uniform prior over [0, 1]
+    normalised, ///< each likelihood averaged over its own interval
+};
+
+/// The sequential probability ratio test of one (cell, object) pair: rays are aimed at the object until the ratio of the
+/// likelihoods of "visible" and "invisible" leaves [b, a].
+struct SprtOptions {
+    SprtReading reading = SprtReading::wald;
+    double s_t = 0.01;              ///< share of hits below which an object need not be found
+    double s_1 = 0.1;               ///< share at which it should be (wald)
+    double a = 50;                  ///< "visible" above this ratio; "visible" always needs a hit
+    double b = 0.2;                 ///< "invisible" below this ratio
+    std::uint32_t most_rays = 4096; ///< undecided by then: invisible without a hit, else visible
+    bool operator==(const SprtOptions&) const = default;
+};
+
+enum class Sampling : std::uint8_t {
+    uniform, ///< rays_per_cell uniform directions
+    guided,  ///< the same budget, most of it spent around what was just found
+};
+
 struct BakeOptions {
     std::string method = "sampled";
     /// The grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
@@ -14,9 +39,12 @@ struct BakeOptions {
     double cell_size = 0;
     /// Where viewers can be (world). Empty: the scene's bounds. Cells that touch none of them are not baked.
     std::vector<Box3d> where;
-    /// Directions sampled uniformly per cell, and rays aimed at each object that those did not find.
+    /// Rays per cell that look around, before the sequential test aims at each object that they did not find.
     std::uint32_t rays_per_cell = 32768;
-    std::uint32_t rays_per_object = 32;
+    Sampling sampling = Sampling::uniform;
+    SprtOptions sequential;
+    /// Weigh the sequential test by how often objects of like size and distance were seen from the cell before.
+    bool informed_prior = false;
     /// Rays per cell that only measure the miss rate, from a stream of their own.
     std::uint32_t holdout_rays = 2048;
     std::uint64_t seed = 1;
@@ -35,7 +63,9 @@ struct BakeStatistics {
     double mean_visible = 0; ///< objects per baked cell
     std::uint64_t holdout_rays = 0, holdout_misses = 0;
     double miss_rate = 0, miss_rate_upper95 = 0; ///< a fresh random ray of a cell first hits an unlisted object
-    double pair_s1 = 0.1, pair_miss_at_s1 = 0;   ///< bound for pairs that a share s >= pair_s1 of aimed rays sees
+    std::uint64_t aimed_rays = 0;                ///< of rays: those of the sequential test
+    /// Bound on losing a pair that a share s >= pair_s1 of aimed rays sees: all of its rays miss.
+    double pair_s1 = 0, pair_miss_at_s1 = 0;
 };
 
 struct BakeResult {

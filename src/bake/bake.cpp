@@ -2,7 +2,8 @@
 
 #include "bake/binomial.hpp"
 #include "bake/checkpoint.hpp"
-#include "bake/sampled/cell_sampler.hpp"
+#include "bake/keys.hpp"
+#include "bake/sampled/region_sampler.hpp"
 #include "bake/view_cells.hpp"
 #include "base/parallel.hpp"
 
@@ -33,9 +34,12 @@ double process_cpu_seconds() {
 Status check(const BakeOptions& options) {
     if (options.method != "sampled")
         return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled"};
-    if (options.rays_per_cell == 0 || options.rays_per_cell > 1u << 30 || options.rays_per_object > 1u << 24 ||
-        options.holdout_rays > 1u << 28)
-        return {ErrorCode::usage, "rays per cell must be 1 to 2^30, per object up to 2^24, hold-out up to 2^28"};
+    if (options.rays_per_cell == 0 || options.rays_per_cell > 1u << 30 || options.holdout_rays > 1u << 28)
+        return {ErrorCode::usage, "rays per cell must be 1 to 2^30, hold-out rays up to 2^28"};
+    const SprtOptions& test = options.sequential;
+    if (!(0 < test.s_t && test.s_t < test.s_1 && test.s_1 < 1 && 0 < test.b && test.b < 1 && 1 < test.a) ||
+        test.most_rays == 0 || test.most_rays > 1u << 20)
+        return {ErrorCode::usage, "the sequential test needs 0 < s_t < s_1 < 1, 0 < b < 1 < a, at most 2^20 rays"};
     return {};
 }
 
@@ -45,7 +49,12 @@ Json describe(const BakeOptions& options, const CellGrid& grid) {
     json["method"] = options.method;
     json["cells"] = grid.count;
     json["rays_per_cell"] = options.rays_per_cell;
-    json["rays_per_object"] = options.rays_per_object;
+    json["sampling"] = options.sampling == Sampling::guided ? "guided" : "uniform";
+    static constexpr const char* readings[] = {"wald", "printed", "normalised"};
+    const SprtOptions& test = options.sequential;
+    json["sequential"] = {{"reading", readings[std::size_t(test.reading)]}, {"s_t", test.s_t}, {"s_1", test.s_1},
+                          {"a", test.a}, {"b", test.b}, {"most_rays", test.most_rays},
+                          {"informed_prior", options.informed_prior}};
     json["holdout_rays_per_cell"] = options.holdout_rays;
     json["seed"] = options.seed;
     return json;
@@ -61,12 +70,12 @@ std::string checkpoint_key(const Scene& scene, const BakeOptions& options, const
     return json.dump();
 }
 
-// A finished cell as checkpoint payload: six numbers of 64 bits, then the bit set.
-constexpr std::size_t kSampleNumbers = 6;
+// A finished cell as checkpoint payload: eight numbers of 64 bits, then the bit set.
+constexpr std::size_t kSampleNumbers = 8;
 
-std::vector<std::byte> pack(const CellSample& sample) {
-    std::vector<std::uint64_t> words{sample.solid,       sample.rays,         sample.confirmed,
-                                     sample.unconfirmed, sample.holdout_rays, sample.holdout_misses};
+std::vector<std::byte> pack(const RegionSample& sample) {
+    std::vector<std::uint64_t> words{sample.solid,        sample.rays,         sample.aimed_rays,     sample.confirmed,
+                                     sample.unconfirmed, sample.holdout_rays, sample.holdout_misses, sample.fewest_aimed};
     words.insert(words.end(), sample.visible.begin(), sample.visible.end());
     std::vector<std::byte> bytes;
     bytes.reserve(words.size() * 8);
@@ -76,7 +85,7 @@ std::vector<std::byte> pack(const CellSample& sample) {
     return bytes;
 }
 
-bool unpack(std::span<const std::byte> bytes, std::size_t words_per_row, CellSample& sample) {
+bool unpack(std::span<const std::byte> bytes, std::size_t words_per_row, RegionSample& sample) {
     if (bytes.size() % 8 != 0 || bytes.size() / 8 < kSampleNumbers)
         return false;
     std::vector<std::uint64_t> words(bytes.size() / 8);
@@ -84,12 +93,22 @@ bool unpack(std::span<const std::byte> bytes, std::size_t words_per_row, CellSam
         words[i / 8] |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * (i % 8));
     sample.solid = words[0] != 0;
     sample.rays = words[1];
-    sample.confirmed = std::uint32_t(words[2]);
-    sample.unconfirmed = std::uint32_t(words[3]);
-    sample.holdout_rays = std::uint32_t(words[4]);
-    sample.holdout_misses = std::uint32_t(words[5]);
+    sample.aimed_rays = words[2];
+    sample.confirmed = std::uint32_t(words[3]);
+    sample.unconfirmed = std::uint32_t(words[4]);
+    sample.holdout_rays = std::uint32_t(words[5]);
+    sample.holdout_misses = std::uint32_t(words[6]);
+    sample.fewest_aimed = std::uint32_t(words[7]);
     sample.visible.assign(words.begin() + kSampleNumbers, words.end());
     return sample.visible.size() == (sample.solid ? 0 : words_per_row);
+}
+
+RegionSample sample_cell(const SamplingScene& shared, const Box3d& cell) {
+    const Scene& scene = shared.scene();
+    ViewBox region = ViewBox::all_directions({scene.to_local(cell.min), scene.to_local(cell.max)});
+    RegionSampler sampler(shared, region, cell_key(cell));
+    sampler.run_all();
+    return std::move(sampler).finish();
 }
 
 /// Header, objects and empty cells of the result.
@@ -113,7 +132,7 @@ PvsData begin_pvs(const Scene& scene, const BakeOptions& options, const CellGrid
 }
 
 /// Gives each cell its row, equal rows shared, in the order of the cells.
-void fill_rows(PvsData& pvs, std::span<const std::uint64_t> cells, std::vector<CellSample>& samples) {
+void fill_rows(PvsData& pvs, std::span<const std::uint64_t> cells, std::vector<RegionSample>& samples) {
     std::map<std::vector<std::uint64_t>, std::uint32_t> rows;
     for (std::size_t i = 0; i < cells.size(); ++i) {
         if (samples[i].solid) {
@@ -129,30 +148,35 @@ void fill_rows(PvsData& pvs, std::span<const std::uint64_t> cells, std::vector<C
     }
 }
 
-void count(BakeStatistics& statistics, const CellSample& sample) {
+void count(BakeStatistics& statistics, const RegionSample& sample, const SprtOptions& test) {
     ++(sample.solid ? statistics.cells_solid : statistics.cells_baked);
     statistics.rays += sample.rays;
+    statistics.aimed_rays += sample.aimed_rays;
     statistics.confirmed_pairs += sample.confirmed;
     statistics.unconfirmed_pairs += sample.unconfirmed;
     statistics.holdout_rays += sample.holdout_rays;
     statistics.holdout_misses += sample.holdout_misses;
+    statistics.pair_s1 = test.s_1;
+    if (sample.fewest_aimed != ~0u)
+        statistics.pair_miss_at_s1 = std::max(statistics.pair_miss_at_s1,
+                                              SequentialTest::miss_probability(test.s_1, sample.fewest_aimed));
     for (std::uint64_t word : sample.visible)
         statistics.mean_visible += std::popcount(word); // a sum until finish()
 }
 
-void finish(BakeStatistics& statistics, const BakeOptions& options) {
+void finish(BakeStatistics& statistics) {
     if (statistics.cells_baked)
         statistics.mean_visible /= double(statistics.cells_baked);
     if (statistics.holdout_rays)
         statistics.miss_rate = double(statistics.holdout_misses) / double(statistics.holdout_rays);
     statistics.miss_rate_upper95 = clopper_pearson_upper(statistics.holdout_misses, statistics.holdout_rays, 0.95);
-    statistics.pair_miss_at_s1 = std::pow(1 - statistics.pair_s1, double(options.rays_per_object));
 }
 
 /// What the file says of how it was made: counts only, which are the same on every machine.
 std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics) {
     Json json = describe(options, grid);
     json["rays"] = statistics.rays;
+    json["aimed_rays"] = statistics.aimed_rays;
     json["confirmed_pairs"] = statistics.confirmed_pairs;
     json["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
     json["holdout_rays"] = statistics.holdout_rays;
@@ -182,11 +206,11 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
         checkpoint = std::move(*opened);
     }
     Tracer tracer = Tracer::build(scene, job);
-    CellSampler sampler(tracer, options);
+    RegionSampler sampler(tracer, options);
     std::size_t words_per_row = (scene.objects().size() + 63) / 64;
 
     BakeResult result;
-    std::vector<CellSample> samples(cells.size());
+    std::vector<RegionSample> samples(cells.size());
     std::vector<std::size_t> open;
     for (std::size_t i = 0; i < cells.size(); ++i) {
         auto record = records.find(cells[i]);
@@ -204,7 +228,7 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
         if (stop.load(std::memory_order_relaxed))
             return;
         std::size_t i = open[index];
-        samples[i] = sampler.sample(view->grid.cell(cells[i]));
+        samples[i] = sample_cell(shared, view->grid.cell(cells[i]));
         Status appended = checkpoint ? checkpoint->append(cells[i], pack(samples[i])) : Status();
         std::scoped_lock lock(mutex);
         if (!appended) {
@@ -228,9 +252,9 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
     BakeStatistics& statistics = result.statistics;
     statistics.cells = view->grid.cells();
     statistics.cells_not_baked = statistics.cells - cells.size();
-    for (const CellSample& sample : samples)
-        count(statistics, sample);
-    finish(statistics, options);
+    for (const RegionSample& sample : samples)
+        count(statistics, sample, options.sequential);
+    finish(statistics);
     result.pvs = begin_pvs(scene, options, view->grid);
     result.pvs.options_json = options_json(options, view->grid, statistics);
     fill_rows(result.pvs, cells, samples);
@@ -251,14 +275,14 @@ Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const
     plan.cells_to_bake = view->to_bake.size();
     Clock::time_point start = Clock::now();
     Tracer tracer = Tracer::build(scene, job);
-    CellSampler sampler(tracer, options);
+    RegionSampler sampler(tracer, options);
     double set_up_seconds = seconds_since(start);
     std::size_t probed = std::min(kProbedCells, view->to_bake.size());
     std::atomic<std::uint64_t> set_bits{0}, rows{0};
     start = Clock::now();
     parallel_for(probed, job, [&](std::size_t index, unsigned) {
         std::uint64_t cell = view->to_bake[(2 * index + 1) * view->to_bake.size() / (2 * probed)];
-        CellSample sample = sampler.sample(view->grid.cell(cell));
+        RegionSample sample = sample_cell(shared, view->grid.cell(cell));
         rows += !sample.solid;
         for (std::uint64_t word : sample.visible)
             set_bits += std::uint64_t(std::popcount(word));

@@ -28,7 +28,6 @@ BakeOptions small_bake() {
     BakeOptions options;
     options.cells = {2, 1, 1};
     options.rays_per_cell = 4096;
-    options.rays_per_object = 16;
     options.holdout_rays = 256;
     return options;
 }

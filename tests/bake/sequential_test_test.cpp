@@ -35,7 +35,7 @@ TEST(SequentialTest, PrintedReadingStartsAt99AndNeeds178Misses) {
 TEST(SequentialTest, NormalisedReadingGivesUpAfterFourMisses) {
     SequentialTest test(reading(SprtReading::normalised));
     EXPECT_EQ(test.misses_to_give_up(), 4u);
-    EXPECT_NEAR(test.miss_probability(0.1), 0.6561, 1e-12);
+    EXPECT_NEAR(SequentialTest::miss_probability(0.1, test.misses_to_give_up()), 0.6561, 1e-12);
 }
 
 TEST(SequentialTest, WaldStopsThePapersExampleAtSampleEleven) {
@@ -57,7 +57,15 @@ TEST(SequentialTest, WaldGivesUpAfterSeventeenMisses) {
     EXPECT_EQ(test.misses_to_give_up(), 17u);
     EXPECT_EQ(test.decide(0, 16), SprtDecision::go_on);
     EXPECT_EQ(test.decide(0, 17), SprtDecision::invisible);
-    EXPECT_NEAR(test.miss_probability(0.1), 0.16677181699666569, 1e-15);
+    EXPECT_NEAR(SequentialTest::miss_probability(0.1, test.misses_to_give_up()), 0.16677181699666569, 1e-15);
+}
+
+// Even odds change nothing; odds of 1:5 give up at once, of 5:1 after (0.9/0.99)^r < 0.04.
+TEST(SequentialTest, PriorOddsShiftTheEnd) {
+    SequentialTest test(reading(SprtReading::wald));
+    EXPECT_EQ(test.misses_to_give_up(1), 17u);
+    EXPECT_EQ(test.misses_to_give_up(0.19), 0u);
+    EXPECT_EQ(test.misses_to_give_up(5), 34u);
 }
 
 TEST(SequentialTest, TableAgreesWithTheRatio) {

@@ -39,11 +39,12 @@ double sprt_ratio(const SprtOptions& options, std::uint32_t hits, std::uint32_t 
     return options.reading == SprtReading::printed ? ratio : ratio * s_t / (1 - s_t);
 }
 
-SequentialTest::SequentialTest(const SprtOptions& options) : give_up_(options.most_rays) {
+SequentialTest::SequentialTest(const SprtOptions& options) : b_(options.b), give_up_(options.most_rays) {
     // The ratio grows with the hits and falls with the rays, so both bounds only grow along the rays.
     std::uint32_t visible_from = 1, invisible_to = 0;
     for (std::uint32_t rays = 0; rays <= options.most_rays; ++rays) {
-        auto ratio = [&](std::uint32_t hits) { return options.prior_ratio * sprt_ratio(options, hits, rays); };
+        auto ratio = [&](std::uint32_t hits) { return sprt_ratio(options, hits, rays); };
+        ratio_without_hit_.push_back(ratio(0));
         while (invisible_to <= rays && ratio(invisible_to) < options.b)
             ++invisible_to;
         while (visible_from <= rays && ratio(visible_from) <= options.a)
@@ -70,6 +71,12 @@ SprtDecision SequentialTest::decide(std::uint32_t hits, std::uint32_t rays) cons
                                       : SprtDecision::go_on;
 }
 
-double SequentialTest::miss_probability(double s) const { return power(1 - s, give_up_); }
+std::uint32_t SequentialTest::misses_to_give_up(double odds) const {
+    auto below = [&](double ratio) { return ratio * odds < b_; };
+    auto first = std::find_if(ratio_without_hit_.begin(), ratio_without_hit_.end(), below);
+    return std::uint32_t(first - ratio_without_hit_.begin());
+}
+
+double SequentialTest::miss_probability(double s, std::uint32_t rays) { return power(1 - s, rays); }
 
 } // namespace antumbra

@@ -1,0 +1,281 @@
+#include "bake/sampled/region_sampler.hpp"
+
+#include "bake/keys.hpp"
+#include "bake/viewpoint.hpp"
+#include "base/random.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace antumbra {
+namespace {
+
+constexpr std::uint32_t kRaysPerViewpoint = 32;
+constexpr std::uint32_t kSolidAfterAttempts = 256;
+constexpr std::uint32_t kAttemptsPerViewpoint = 8;
+
+/// Streams of one region.
+enum Stream : std::uint32_t { kViewpoints, kDirections, kAimed, kHoldout, kGuided };
+
+constexpr unsigned kBuckets = 32;
+/// Rays that an object gets however unlikely it is to be visible.
+constexpr std::uint32_t kFewestAimedRays = 4;
+
+} // namespace
+
+SamplingScene::SamplingScene(const Tracer& tracer, const BakeOptions& options)
+    : tracer_(tracer), options_(options), sequential_(options.sequential) {
+    area_until_.resize(scene().triangles().size());
+    for (const Object& object : scene().objects()) {
+        double sum = 0;
+        for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+            Vec3d a = scene().vertex(t, 0);
+            sum += length(cross(scene().vertex(t, 1) - a, scene().vertex(t, 2) - a));
+            area_until_[t] = sum;
+        }
+    }
+}
+
+Vec3d SamplingScene::surface_point(std::uint32_t index, double pick, double u, double v) const {
+    const Object& object = scene().objects()[index];
+    auto first = area_until_.begin() + object.first_triangle;
+    auto last = first + object.triangle_count;
+    auto chosen = std::min(std::upper_bound(first, last, pick * *(last - 1)), last - 1);
+    auto triangle = static_cast<std::uint32_t>(chosen - area_until_.begin());
+    if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+    }
+    Vec3d a = scene().vertex(triangle, 0);
+    return a + (scene().vertex(triangle, 1) - a) * u + (scene().vertex(triangle, 2) - a) * v;
+}
+
+void RayCache::add(const Ray& ray, std::span<const std::uint32_t> seen) {
+    entries.push_back({ray, std::uint32_t(triangles.size()), std::uint32_t(seen.size())});
+    triangles.insert(triangles.end(), seen.begin(), seen.end());
+}
+
+RegionSampler::RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key)
+    : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
+      key_(key) {
+    std::size_t words = (scene_.objects().size() + 63) / 64;
+    sample_.visible.assign(words, 0);
+    proposed_.assign(words, 0);
+    for (std::uint32_t o = 0; o < scene_.objects().size(); ++o)
+        if (scene_.objects()[o].has(kAlwaysVisible))
+            set(o);
+}
+
+void RegionSampler::set(std::uint32_t object) { sample_.visible[object / 64] |= std::uint64_t(1) << (object % 64); }
+
+bool RegionSampler::check_viewpoint(const Vec3d& point) {
+    sample_.rays += 3; // what is_viewpoint costs at the least
+    return is_viewpoint(tracer_, point);
+}
+
+bool RegionSampler::has_viewpoint() {
+    if (!searched_)
+        find_viewpoints();
+    return !viewpoints_.empty();
+}
+
+void RegionSampler::find_viewpoints() {
+    searched_ = true;
+    Random random(shared_.options().seed, key_, kViewpoints);
+    std::uint32_t wanted = std::max(1u, shared_.options().rays_per_cell / kRaysPerViewpoint);
+    std::uint32_t most = std::max(kSolidAfterAttempts, wanted * kAttemptsPerViewpoint);
+    for (std::uint32_t attempt = 0; attempt < most && viewpoints_.size() < wanted; ++attempt) {
+        if (viewpoints_.empty() && attempt >= kSolidAfterAttempts)
+            return;
+        Vec3d point = uniform_point(region_.space(), random);
+        if (check_viewpoint(point))
+            viewpoints_.push_back(point);
+    }
+}
+
+void RegionSampler::record(const Ray& ray, std::span<const std::uint32_t> triangles) {
+    for (std::uint32_t triangle : triangles) {
+        std::uint32_t object = scene_.triangle_objects()[triangle];
+        if (seen(object))
+            continue;
+        proposed_[object / 64] |= std::uint64_t(1) << (object % 64);
+        if (arbiter_.sees(ray.origin, ray.origin + ray.direction, triangle) == Verdict::clear) {
+            set(object);
+            ++sample_.confirmed;
+        }
+    }
+}
+
+void RegionSampler::cast(const Ray& ray) {
+    ++sample_.rays;
+    hits_.clear();
+    tracer_.seen(ray, hits_);
+    record(ray, hits_);
+}
+
+void RegionSampler::adopt(const RayCache& cache) {
+    for (const RayCache::Entry& entry : cache.entries)
+        record(entry.ray, cache.seen(entry));
+}
+
+void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
+    if (!has_viewpoint())
+        return;
+    Random random(shared_.options().seed, key_, kDirections);
+    for (std::uint32_t r = 0; r < count; ++r) {
+        Ray ray{viewpoints_[r % viewpoints_.size()], uniform_direction(region_, random)};
+        cast(ray);
+        if (keep)
+            keep->add(ray, hits_);
+    }
+}
+
+void RegionSampler::explore(const Found& found, std::vector<Found>& queue, std::vector<bool>& known, Random& random) {
+    auto send = [&](const Vec3d& from, const Vec3d& to) {
+        Vec3d direction = to - from;
+        if (!(dot(direction, direction) > 0) || !region_.holds_direction(direction))
+            return;
+        Ray ray{from, direction};
+        cast(ray);
+        for (std::uint32_t triangle : hits_)
+            if (!known[triangle]) {
+                known[triangle] = true;
+                queue.push_back({triangle, ray});
+            }
+    };
+    Vec3d corners[3] = {scene_.vertex(found.triangle, 0), scene_.vertex(found.triangle, 1), scene_.vertex(found.triangle, 2)};
+    Vec3d centre = (corners[0] + corners[1] + corners[2]) / 3;
+    // Just past the border: adaptive border sampling, at corners and edges.
+    constexpr double kPast = 1.02;
+    for (int c = 0; c < 3; ++c) {
+        send(found.ray.origin, centre + (corners[c] - centre) * kPast);
+        Vec3d middle = (corners[c] + corners[(c + 1) % 3]) / 2;
+        send(found.ray.origin, centre + (middle - centre) * kPast);
+    }
+    // The same place from elsewhere: what hides behind its edge from here may show from there.
+    for (int c = 0; c < 2; ++c) {
+        const Vec3d& from = viewpoints_[random.below(std::uint32_t(viewpoints_.size()))];
+        send(from, centre + (corners[random.below(3)] - centre) * kPast);
+    }
+}
+
+void RegionSampler::look_guided(std::uint32_t count) {
+    if (!has_viewpoint())
+        return;
+    Random random(shared_.options().seed, key_, kGuided);
+    std::uint64_t end = sample_.rays + count;
+    std::vector<bool> known(scene_.triangles().size());
+    std::vector<Found> queue;
+    std::size_t next = 0;
+    while (sample_.rays < end) {
+        if (next < queue.size()) {
+            Found found = queue[next++];
+            explore(found, queue, known, random);
+            continue;
+        }
+        Ray ray{viewpoints_[random.below(std::uint32_t(viewpoints_.size()))], uniform_direction(region_, random)};
+        cast(ray);
+        for (std::uint32_t triangle : hits_)
+            if (!known[triangle]) {
+                known[triangle] = true;
+                queue.push_back({triangle, ray});
+            }
+    }
+}
+
+/// Objects of like apparent size: by powers of two of size over distance.
+unsigned RegionSampler::bucket_of(std::uint32_t object) const {
+    Box3d box = to_double(scene_.objects()[object].bounds);
+    Vec3d apart = box.centre() - region_.space().centre();
+    double size = dot(box.size(), box.size()), distance = dot(apart, apart);
+    int exponent = 0;
+    std::frexp(distance > 0 ? size / distance : 1e30, &exponent); // of the square: half powers of two
+    return unsigned(std::clamp(exponent + 24, 0, int(kBuckets) - 1));
+}
+
+/// Odds of "visible", per bucket, from what looking around has found. The two pseudo-counts keep them finite.
+std::vector<double> RegionSampler::prior_odds() const {
+    std::vector<double> visible(kBuckets, 1), hidden(kBuckets, 1);
+    for (std::uint32_t o = 0; o < scene_.objects().size(); ++o)
+        (seen(o) ? visible : hidden)[bucket_of(o)] += 1;
+    for (unsigned b = 0; b < kBuckets; ++b)
+        visible[b] /= hidden[b];
+    return visible;
+}
+
+void RegionSampler::aim_at_unseen() {
+    if (!has_viewpoint())
+        return;
+    const BakeOptions& options = shared_.options();
+    std::vector<double> odds = options.informed_prior ? prior_odds() : std::vector<double>();
+    std::span<const Object> objects = scene_.objects();
+    for (std::uint32_t o = 0; o < objects.size(); ++o) {
+        if (objects[o].triangle_count == 0 || seen(o) || !may_look_at(region_, to_double(objects[o].bounds)))
+            continue;
+        std::uint32_t give_up = shared_.sequential().misses_to_give_up();
+        if (!odds.empty())
+            give_up = std::max(kFewestAimedRays, shared_.sequential().misses_to_give_up(odds[bucket_of(o)]));
+        Random random(options.seed, key_ ^ object_key(objects[o].id), kAimed);
+        // Draws outside the angles are no samples; an object mostly outside of them ends by the count of draws.
+        std::uint32_t misses = 0, most_draws = give_up * 16;
+        for (std::uint32_t draw = 0; draw < most_draws && misses < give_up && !seen(o); ++draw) {
+            const Vec3d& from = viewpoints_[random.below(std::uint32_t(viewpoints_.size()))];
+            double pick = random.uniform(), u = random.uniform(), v = random.uniform();
+            Vec3d direction = shared_.surface_point(o, pick, u, v) - from;
+            if (!(dot(direction, direction) > 0) || !region_.holds_direction(direction))
+                continue;
+            cast({from, direction});
+            ++sample_.aimed_rays;
+            ++misses;
+        }
+        if (!seen(o))
+            sample_.fewest_aimed = std::min(sample_.fewest_aimed, misses);
+    }
+}
+
+void RegionSampler::measure_misses(std::uint32_t count) {
+    Random random(shared_.options().seed, key_, kHoldout);
+    std::vector<Ray> misses;
+    for (std::uint64_t attempt = 0;
+         sample_.holdout_rays < count && attempt < std::uint64_t(count) * kAttemptsPerViewpoint; ++attempt) {
+        Ray ray{uniform_point(region_.space(), random), uniform_direction(region_, random)};
+        if (!check_viewpoint(ray.origin))
+            continue;
+        ++sample_.holdout_rays;
+        ++sample_.rays;
+        hits_.clear();
+        tracer_.seen(ray, hits_);
+        bool miss = std::any_of(hits_.begin(), hits_.end(), [&](std::uint32_t triangle) {
+            return !seen(scene_.triangle_objects()[triangle]);
+        });
+        if (miss) {
+            ++sample_.holdout_misses;
+            misses.push_back(ray);
+        }
+    }
+    for (const Ray& ray : misses)
+        cast(ray);
+}
+
+void RegionSampler::run_all() {
+    const BakeOptions& options = shared_.options();
+    if (!has_viewpoint())
+        return;
+    if (options.sampling == Sampling::guided)
+        look_guided(options.rays_per_cell);
+    else
+        look_around(options.rays_per_cell);
+    aim_at_unseen();
+    measure_misses(options.holdout_rays);
+}
+
+RegionSample RegionSampler::finish() && {
+    sample_.solid = !has_viewpoint();
+    if (sample_.solid)
+        sample_.visible.clear();
+    for (std::size_t w = 0; w < sample_.visible.size(); ++w)
+        sample_.unconfirmed += std::uint32_t(std::popcount(proposed_[w] & ~sample_.visible[w]));
+    return std::move(sample_);
+}
+
+} // namespace antumbra

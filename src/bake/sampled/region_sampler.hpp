@@ -1,0 +1,118 @@
+// Samples what is visible from one region of view space (a cell, or a box of positions and directions): rays that look
+// around, rays aimed at what those did not find, and rays that only measure what is still missing. Each new
+// (region, object) pair is proved by one exact segment.
+//
+// Guarantee: aggressive. Source: Gotsman, Sudarsky, Fayman 1999, sections 3 and 5.
+#pragma once
+
+#include "bake/sampled/sequential_test.hpp"
+#include "bake/sampled/view_box.hpp"
+#include "rays/arbiter.hpp"
+
+#include <antumbra/bake.hpp>
+
+#include <span>
+#include <vector>
+
+namespace antumbra {
+
+/// What all regions of one bake share. Immutable and thread-safe; refers to the tracer.
+class SamplingScene {
+  public:
+    SamplingScene(const Tracer& tracer, const BakeOptions& options);
+
+    const Tracer& tracer() const { return tracer_; }
+    const Scene& scene() const { return tracer_.scene(); }
+    const BakeOptions& options() const { return options_; }
+    const SequentialTest& sequential() const { return sequential_; }
+    /// A point uniform on the object's surface: on the triangle at the share `pick` of its area, at (u, v).
+    Vec3d surface_point(std::uint32_t object, double pick, double u, double v) const;
+
+  private:
+    const Tracer& tracer_;
+    BakeOptions options_;
+    SequentialTest sequential_;
+    std::vector<double> area_until_; ///< per triangle: twice the area of its object's triangles up to and with it
+};
+
+/// Rays and what they saw, to be used again.
+struct RayCache {
+    struct Entry {
+        Ray ray;
+        std::uint32_t first = 0, count = 0; ///< into `triangles`: one per object seen
+    };
+    std::vector<Entry> entries;
+    std::vector<std::uint32_t> triangles;
+
+    std::span<const std::uint32_t> seen(const Entry& entry) const { return {triangles.data() + entry.first, entry.count}; }
+    void add(const Ray& ray, std::span<const std::uint32_t> seen);
+};
+
+/// The answer for one region.
+struct RegionSample {
+    bool solid = false;                 ///< no viewpoint was found
+    std::vector<std::uint64_t> visible; ///< bit set over objects; empty when solid
+    std::uint64_t rays = 0;             ///< of all kinds, probes for viewpoints included
+    std::uint64_t aimed_rays = 0;
+    std::uint32_t confirmed = 0;   ///< pairs proved
+    std::uint32_t unconfirmed = 0; ///< pairs proposed but never proved
+    std::uint32_t holdout_rays = 0, holdout_misses = 0;
+    std::uint32_t fewest_aimed = ~0u; ///< rays after which some object was given up, at the least
+
+};
+
+/// One region under way. Not thread-safe; make one per region. A pure function of (scene, options, region, key).
+class RegionSampler {
+  public:
+    RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key);
+
+    /// Uses rays that were cast before and lie in the region. Their proof happens now.
+    void adopt(const RayCache& cache);
+    /// Casts `count` rays uniform over positions and directions of the region; keeps them in `keep` if given.
+    void look_around(std::uint32_t count, RayCache* keep = nullptr);
+    /// Spends about `count` rays around what was just found: past the borders of newly seen triangles and from other
+    /// viewpoints. In the manner of guided visibility sampling (Wonka et al. 2006).
+    void look_guided(std::uint32_t count);
+    /// The sequential test of every object not seen so far.
+    void aim_at_unseen();
+    /// Casts `count` fresh rays from fresh viewpoints and counts those that see an unlisted object. What they find is
+    /// listed afterwards: the measured rate is that of the set before them.
+    void measure_misses(std::uint32_t count);
+    /// Everything in the order that options ask for.
+    void run_all();
+
+    /// False if the region has no viewpoint: it lies in matter. Costs probes on the first call.
+    bool has_viewpoint();
+    bool seen(std::uint32_t object) const { return sample_.visible[object / 64] >> (object % 64) & 1; }
+    RegionSample finish() &&;
+
+  private:
+    struct Found {
+        std::uint32_t triangle;
+        Ray ray;
+    };
+
+    bool check_viewpoint(const Vec3d& point);
+    void find_viewpoints();
+    /// Traces and records. `hits_` then holds what the ray saw.
+    void cast(const Ray& ray);
+    void record(const Ray& ray, std::span<const std::uint32_t> triangles);
+    void set(std::uint32_t object);
+    void explore(const Found& found, std::vector<Found>& queue, std::vector<bool>& known, Random& random);
+    std::vector<double> prior_odds() const;
+    unsigned bucket_of(std::uint32_t object) const;
+
+    const SamplingScene& shared_;
+    const Tracer& tracer_;
+    const Scene& scene_;
+    Arbiter arbiter_;
+    ViewBox region_; ///< local
+    std::uint64_t key_;
+    RegionSample sample_;
+    std::vector<Vec3d> viewpoints_;
+    bool searched_ = false;
+    std::vector<std::uint64_t> proposed_;
+    std::vector<std::uint32_t> hits_;
+};
+
+} // namespace antumbra
