@@ -206,7 +206,7 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
         checkpoint = std::move(*opened);
     }
     Tracer tracer = Tracer::build(scene, job);
-    RegionSampler sampler(tracer, options);
+    SamplingScene shared(tracer, options);
     std::size_t words_per_row = (scene.objects().size() + 63) / 64;
 
     BakeResult result;
@@ -275,7 +275,7 @@ Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const
     plan.cells_to_bake = view->to_bake.size();
     Clock::time_point start = Clock::now();
     Tracer tracer = Tracer::build(scene, job);
-    RegionSampler sampler(tracer, options);
+    SamplingScene shared(tracer, options);
     double set_up_seconds = seconds_since(start);
     std::size_t probed = std::min(kProbedCells, view->to_bake.size());
     std::atomic<std::uint64_t> set_bits{0}, rows{0};
