@@ -1,5 +1,102 @@
 #include "command.hpp"
 
+#include "base/file.hpp"
+
+#include <antumbra/evaluate.hpp>
+
+#include <fmt/format.h>
+
 namespace antumbra::app {
-void add_verify(CLI::App&) {}
+namespace {
+
+struct VerifyArguments {
+    Common common;
+    SceneArguments scene;
+    std::string pvs;
+    VerifyOptions options;
+};
+
+Json to_json(const Scene& scene, const Pvs& pvs, const VerifyResult& result) {
+    Json document;
+    document["guarantee"] = to_string(pvs.guarantee());
+    document["viewpoints"] = result.viewpoints;
+    document["pixels"] = result.pixels;
+    document["false_invisible_objects"] = result.false_invisible_objects;
+    document["false_invisible_pixels"] = result.false_invisible_pixels;
+    document["false_visible_objects"] = result.false_visible_objects;
+    document["grazing_pixels"] = result.grazing_pixels;
+    document["unconfirmed_pixels"] = result.unconfirmed_pixels;
+    document["reported_objects"] = result.reported_objects;
+    document["seen_objects"] = result.seen_objects;
+    document["points_in_matter"] = result.in_matter;
+    document["worst"] = Json::array();
+    for (const FalseInvisible& one : result.worst)
+        document["worst"].push_back({{"eye", {one.eye.x, one.eye.y, one.eye.z}},
+                                     {"object", one.object},
+                                     {"name", std::string(scene.name(one.object))},
+                                     {"cell", one.cell},
+                                     {"pixels", one.pixels}});
+    return document;
+}
+
+void print_text(const Scene& scene, const Pvs& pvs, const VerifyResult& result) {
+    double n = double(result.viewpoints);
+    fmt::print("guarantee        {}\n", to_string(pvs.guarantee()));
+    fmt::print("viewpoints       {}, {} pixels\n", result.viewpoints, result.pixels);
+    fmt::print("false invisible  {} objects, {} pixels ({:.3g} of all)\n", result.false_invisible_objects,
+               result.false_invisible_pixels, double(result.false_invisible_pixels) / double(result.pixels));
+    fmt::print("not confirmed    {} pixels graze an edge, {} are blocked after all\n", result.grazing_pixels,
+               result.unconfirmed_pixels);
+    fmt::print("per viewpoint    {:.1f} objects reported, {:.1f} seen, {:.1f} false visible\n",
+               double(result.reported_objects) / n, double(result.seen_objects) / n,
+               double(result.false_visible_objects) / n);
+    for (const FalseInvisible& one : result.worst)
+        fmt::print("worst            {:6} pixels of {} '{}' from {:.17g},{:.17g},{:.17g}\n", one.pixels, one.object,
+                   scene.name(one.object), one.eye.x, one.eye.y, one.eye.z);
+}
+
+int run_verify(VerifyArguments& arguments) {
+    Result<Scene> scene = arguments.scene.load();
+    if (!scene)
+        return fail(scene.status());
+    Result<MappedFile> file = MappedFile::open(arguments.pvs);
+    if (!file)
+        return fail(file.status());
+    Result<Pvs> pvs = Pvs::open(file->bytes());
+    if (!pvs)
+        return fail(pvs.status().in(arguments.pvs));
+    arguments.options.seed = arguments.common.seed;
+    Result<VerifyResult> result = verify(*scene, *pvs, arguments.options, make_job(arguments.common));
+    if (!result)
+        return fail(result.status().in(arguments.pvs));
+    if (arguments.common.json)
+        print_json(to_json(*scene, *pvs, *result));
+    else
+        print_text(*scene, *pvs, *result);
+    if (result->false_invisible_pixels == 0 || may_lose_pixels(pvs->guarantee()))
+        return 0;
+    return fail({ErrorCode::internal,
+                 fmt::format("{}: promises to be {}, but hides {} objects that {} confirmed pixels see; do not use the "
+                             "file, and please report how it was baked",
+                             arguments.pvs, to_string(pvs->guarantee()), result->false_invisible_objects,
+                             result->false_invisible_pixels)});
+}
+
+} // namespace
+
+void add_verify(CLI::App& app) {
+    auto arguments = std::make_shared<VerifyArguments>();
+    CLI::App& command = *app.add_subcommand("verify", "Random viewpoints of a .pvs file against the truth by rays");
+    arguments->scene.add_to(command);
+    command.add_option("PVS", arguments->pvs, "The .pvs file")->required();
+    command.add_option("--samples", arguments->options.samples, "Viewpoints")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command.add_option("--face-size", arguments->options.face_size, "Pixels along each of the six square pictures")
+        ->check(CLI::Range(1, 8192))
+        ->capture_default_str();
+    add_common(command, arguments->common, "antumbra verify house.glb house.pvs --samples 500",
+               [arguments] { return run_verify(*arguments); });
+}
+
 } // namespace antumbra::app

@@ -1,0 +1,180 @@
+#include "bake/viewpoint.hpp"
+#include "base/parallel.hpp"
+#include "base/random.hpp"
+#include "evaluate/item_buffer.hpp"
+
+#include <antumbra/evaluate.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <mutex>
+
+namespace antumbra {
+namespace {
+
+/// How often a viewpoint is drawn before the search counts as hopeless.
+constexpr std::uint32_t kMostDraws = 256;
+
+struct Viewpoint {
+    Vec3d world, local;
+    std::int64_t cell = -1;
+};
+
+class ViewpointSource {
+  public:
+    ViewpointSource(const Scene& scene, const Tracer& tracer, const Pvs& pvs, std::uint64_t seed)
+        : scene_(scene), tracer_(tracer), pvs_(pvs), seed_(seed) {
+        for (std::uint64_t cell = 0; cell < pvs.grid().cells(); ++cell)
+            if (pvs.cell_row(cell) < pvs.row_count())
+                baked_.push_back(cell);
+    }
+
+    bool empty() const { return baked_.empty(); }
+
+    /// Uniform over the free space of the baked cells; nothing if only matter was met.
+    std::optional<Viewpoint> draw(std::uint32_t sample, std::uint64_t& in_matter) const {
+        Random random(seed_, sample);
+        for (std::uint32_t k = 0; k < kMostDraws; ++k) {
+            std::uint64_t cell = baked_[random.next_u64() % baked_.size()];
+            Box3d box = pvs_.grid().cell(cell);
+            Viewpoint viewpoint;
+            for (int axis = 0; axis < 3; ++axis)
+                viewpoint.world[axis] = random.uniform(box.min[axis], box.max[axis]);
+            viewpoint.local = scene_.to_local(viewpoint.world);
+            viewpoint.cell = std::int64_t(cell);
+            // Rounding can carry a point over the face of its cell.
+            if (pvs_.grid().find(viewpoint.world) != viewpoint.cell)
+                continue;
+            if (is_viewpoint(tracer_, viewpoint.local))
+                return viewpoint;
+            ++in_matter;
+        }
+        return {};
+    }
+
+  private:
+    const Scene& scene_;
+    const Tracer& tracer_;
+    const Pvs& pvs_;
+    std::uint64_t seed_;
+    std::vector<std::uint64_t> baked_;
+};
+
+/// Everything about one viewpoint: six faces against one answer.
+VerifyResult judge_viewpoint(const Scene& scene, const Tracer& tracer, const Viewpoint& viewpoint,
+                             const PvsCursor& answer, const VerifyOptions& options, std::uint32_t sample) {
+    Arbiter arbiter(tracer);
+    VerifyResult result;
+    result.viewpoints = 1;
+    result.reported_objects = answer.visible_count;
+    std::vector<std::uint64_t> seen((scene.objects().size() + 63) / 64, 0);
+    std::map<std::uint32_t, std::uint64_t> confirmed;
+    for (int face = 0; face < 6; ++face) {
+        PixelRays rays = PixelRays::of_cube_face(viewpoint.local, face, options.face_size);
+        ItemOptions item_options{PixelSampling::jittered, options.seed, std::uint64_t(sample) * 6 + unsigned(face)};
+        Job alone;
+        alone.threads = 1; // the viewpoints are what runs in parallel
+        ItemBuffer buffer = ItemBuffer::render(tracer, rays, item_options, alone);
+        mark_seen(scene, buffer, seen);
+        for (const LostPixels& lost : find_lost_pixels(scene, arbiter, buffer, answer.visible)) {
+            if (lost.confirmed > 0)
+                confirmed[lost.object] += lost.confirmed;
+            result.false_invisible_pixels += lost.confirmed;
+            result.grazing_pixels += lost.grazing;
+            result.unconfirmed_pixels += lost.unconfirmed;
+        }
+        result.pixels += rays.pixels();
+    }
+    result.false_invisible_objects = confirmed.size();
+    for (auto [object, pixels] : confirmed)
+        result.worst.push_back({viewpoint.world, viewpoint.cell, object, pixels});
+    for (std::size_t word = 0; word < seen.size(); ++word) {
+        result.seen_objects += unsigned(std::popcount(seen[word]));
+        result.false_visible_objects += unsigned(std::popcount(answer.visible[word] & ~seen[word]));
+    }
+    return result;
+}
+
+void add(VerifyResult& total, const VerifyResult& one) {
+    total.viewpoints += one.viewpoints;
+    total.in_matter += one.in_matter;
+    total.pixels += one.pixels;
+    total.false_invisible_objects += one.false_invisible_objects;
+    total.false_invisible_pixels += one.false_invisible_pixels;
+    total.grazing_pixels += one.grazing_pixels;
+    total.unconfirmed_pixels += one.unconfirmed_pixels;
+    total.false_visible_objects += one.false_visible_objects;
+    total.reported_objects += one.reported_objects;
+    total.seen_objects += one.seen_objects;
+    total.worst.insert(total.worst.end(), one.worst.begin(), one.worst.end());
+}
+
+void keep_worst(std::vector<FalseInvisible>& worst, std::uint32_t count) {
+    std::stable_sort(worst.begin(), worst.end(),
+                     [](const FalseInvisible& a, const FalseInvisible& b) { return a.pixels > b.pixels; });
+    if (worst.size() > count)
+        worst.resize(count);
+}
+
+} // namespace
+
+Status check_belongs(const Scene& scene, const Pvs& pvs) {
+    if (pvs.scene_fingerprint() == scene.fingerprint() && pvs.object_count() == scene.objects().size())
+        return {};
+    if (pvs.structure_fingerprint() != scene.structure_fingerprint() ||
+        pvs.object_count() != scene.objects().size())
+        return {ErrorCode::mismatch, "was baked from another scene (" + std::to_string(pvs.object_count()) +
+                                         " objects, here " + std::to_string(scene.objects().size()) +
+                                         "); bake this scene again"};
+    if (pvs.sides() != std::uint8_t(scene.sides()))
+        return {ErrorCode::mismatch, std::string("was baked with --sides ") + (pvs.sides() ? "both" : "material") +
+                                         "; give the same, or bake again"};
+    return {ErrorCode::mismatch, "was baked from an earlier state of this scene: only the structure (its objects and "
+                                 "their triangle counts) matches, not the geometry or the flags; bake again"};
+}
+
+bool may_lose_pixels(Guarantee guarantee) {
+    return guarantee != Guarantee::exact && guarantee != Guarantee::conservative;
+}
+
+Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOptions& options, const Job& job) {
+    if (options.face_size == 0 || options.face_size > 8192 || options.samples == 0)
+        return Status(ErrorCode::usage, "verify needs at least one viewpoint and 1 to 8192 pixels along a face");
+    if (Status status = check_belongs(scene, pvs); !status)
+        return status;
+    Tracer tracer = Tracer::build(scene, job);
+    ViewpointSource source(scene, tracer, pvs, options.seed);
+    if (source.empty())
+        return Status(ErrorCode::usage, "no cell of the file is baked: there is nothing to verify");
+    std::vector<VerifyResult> results(options.samples);
+    std::vector<PvsCursor> cursors(worker_count(job));
+    std::mutex mutex;
+    std::uint64_t done = 0;
+    parallel_for(options.samples, job, [&](std::size_t sample, unsigned worker) {
+        std::uint64_t in_matter = 0;
+        std::optional<Viewpoint> viewpoint = source.draw(std::uint32_t(sample), in_matter);
+        if (viewpoint) {
+            pvs.query(viewpoint->world, cursors[worker]);
+            results[sample] =
+                judge_viewpoint(scene, tracer, *viewpoint, cursors[worker], options, std::uint32_t(sample));
+        }
+        results[sample].in_matter = in_matter;
+        std::lock_guard lock(mutex);
+        if (++done; job.progress)
+            job.progress({"verify", done, options.samples, "viewpoints"});
+    });
+    if (job.cancelled())
+        return Status(ErrorCode::cancelled, "stopped after " + std::to_string(done) + " viewpoints");
+    VerifyResult result;
+    for (const VerifyResult& one : results) {
+        if (one.viewpoints == 0)
+            return Status(ErrorCode::usage, "the baked cells hold hardly a viewpoint outside matter; if the scene is "
+                                            "inside out, bake and verify it with --sides both");
+        add(result, one);
+    }
+    keep_worst(result.worst, options.worst);
+    return result;
+}
+
+} // namespace antumbra
