@@ -1,0 +1,44 @@
+// Queries do not allocate after the first one.
+#include "pvs/random_pvs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+namespace {
+thread_local std::uint64_t allocations = 0;
+} // namespace
+
+void* operator new(std::size_t size) {
+    ++allocations;
+    if (void* memory = std::malloc(size ? size : 1))
+        return memory;
+    throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace antumbra {
+namespace {
+
+TEST(PvsAllocation, QueriesDoNotAllocateAfterTheFirst) {
+    PvsData data = test::random_pvs(3, 3000);
+    std::vector<std::byte> bytes = *encode_pvs(data);
+    std::uint64_t before = allocations;
+    Result<Pvs> pvs = Pvs::open(bytes);
+    EXPECT_GT(allocations, before) << "the counter counts";
+    ASSERT_TRUE(pvs.ok());
+    PvsCursor cursor;
+    (void)pvs->query(data.grid.cell(0).centre(), cursor);
+    before = allocations;
+    std::uint64_t changes = 0;
+    for (std::uint64_t c = 0; c < data.grid.cells(); ++c)
+        changes += pvs->query(data.grid.cell(c).centre(), cursor);
+    (void)pvs->query({1e38, 0, 0}, cursor);
+    EXPECT_EQ(allocations, before);
+    EXPECT_GT(changes, 0u);
+}
+
+} // namespace
+} // namespace antumbra
