@@ -16,6 +16,9 @@
 
 namespace antumbra {
 
+/// The newest format that this library writes and reads: major * 65536 + minor.
+inline constexpr std::uint32_t kPvsFormatVersion = 1u << 16 | 0;
+
 /// What an answer promises. Stored in files: the numbers never change.
 enum class Guarantee : std::uint8_t {
     exact = 1,        ///< what is visible and nothing else

@@ -1,0 +1,282 @@
+// The only C++ that knows the C header: checks arguments, copies, and passes on.
+#include <antumbra/antumbra.h>
+
+#include <antumbra/pvs.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <optional>
+
+#if defined(__EMSCRIPTEN__) && !defined(ANTUMBRA_NO_FILES)
+#define ANTUMBRA_NO_FILES
+#endif
+#ifndef ANTUMBRA_NO_FILES
+#include "base/file.hpp"
+#endif
+
+#define STRING(x) #x
+#define VERSION_TEXT(major, minor, patch) STRING(major) "." STRING(minor) "." STRING(patch)
+
+struct ant_pvs {
+    antumbra::Pvs pvs;
+#ifndef ANTUMBRA_NO_FILES
+    std::optional<antumbra::MappedFile> file; ///< what pvs lies in, if open_file mapped it
+#endif
+};
+
+struct ant_cursor {
+    const antumbra::Pvs* pvs;
+    antumbra::PvsCursor cursor;
+};
+
+namespace {
+
+using antumbra::ErrorCode;
+using antumbra::Result;
+using antumbra::Status;
+using antumbra::Vec3d;
+
+static_assert(ANT_USAGE == int(ErrorCode::usage) && ANT_IO == int(ErrorCode::io));
+static_assert(ANT_CORRUPT == int(ErrorCode::corrupt) && ANT_UNSUPPORTED == int(ErrorCode::unsupported));
+static_assert(ANT_LIMIT == int(ErrorCode::limit) && ANT_MISMATCH == int(ErrorCode::mismatch));
+static_assert(ANT_CANCELLED == int(ErrorCode::cancelled) && ANT_INTERNAL == int(ErrorCode::internal));
+static_assert(ANT_EXACT == int(antumbra::Guarantee::exact));
+static_assert(ANT_CONSERVATIVE == int(antumbra::Guarantee::conservative));
+static_assert(ANT_AGGRESSIVE == int(antumbra::Guarantee::aggressive));
+static_assert(ANT_APPROXIMATE == int(antumbra::Guarantee::approximate));
+
+void copy_error(const std::string& message, char* error, std::size_t error_size) {
+    if (!error || error_size == 0)
+        return;
+    std::size_t length = std::min(message.size(), error_size - 1);
+    std::memcpy(error, message.data(), length);
+    error[length] = 0;
+}
+
+ant_status answer(const Status& status, char* error, std::size_t error_size) {
+    copy_error(status.message(), error, error_size);
+    return static_cast<ant_status>(status.code());
+}
+
+/// The rule of every "read" function: `needed` units go to `buffer` if it is there and large enough.
+ant_status check_buffer(const void* buffer, std::size_t capacity, std::size_t needed) {
+    if (!buffer)
+        return capacity == 0 ? ANT_OK : ANT_USAGE;
+    return capacity < needed ? ANT_LIMIT : ANT_OK;
+}
+
+ant_status read_text(std::string_view text, char* buffer, std::size_t capacity, std::size_t* length) {
+    ant_status status = check_buffer(buffer, capacity, text.size() + 1);
+    if (status == ANT_USAGE)
+        return status;
+    *length = text.size();
+    if (status == ANT_OK && buffer) {
+        std::copy(text.begin(), text.end(), buffer);
+        buffer[text.size()] = 0;
+    }
+    return status;
+}
+
+void copy(const Vec3d& from, double (&to)[3]) {
+    for (int axis = 0; axis < 3; ++axis)
+        to[axis] = from[axis];
+}
+
+Vec3d vector(const double from[3]) { return {from[0], from[1], from[2]}; }
+
+bool has_answer(const ant_cursor* cursor) { return cursor && cursor->cursor.cell != -2; }
+
+} // namespace
+
+extern "C" {
+
+const char* ant_version_text(void) { return VERSION_TEXT(ANT_VERSION_MAJOR, ANT_VERSION_MINOR, ANT_VERSION_PATCH); }
+
+uint32_t ant_version_format(void) { return antumbra::kPvsFormatVersion; }
+
+const char* ant_status_name(ant_status status) {
+    static const char* const names[] = {"ok",          "usage", "io",       "corrupt",   "unsupported",
+                                        "limit",       "mismatch", "cancelled", "internal"};
+    auto index = static_cast<std::size_t>(status);
+    return index < std::size(names) ? names[index] : "unknown";
+}
+
+const char* ant_guarantee_name(ant_guarantee guarantee) {
+    return antumbra::to_string(static_cast<antumbra::Guarantee>(guarantee));
+}
+
+ant_status ant_pvs_open_memory(const void* bytes, size_t size, ant_pvs** pvs, char* error, size_t error_size) {
+    if (pvs)
+        *pvs = nullptr;
+    if (!pvs || (!bytes && size > 0))
+        return answer({ErrorCode::usage, "ant_pvs_open_memory: a needed pointer is NULL"}, error, error_size);
+    Result<antumbra::Pvs> opened = antumbra::Pvs::open({static_cast<const std::byte*>(bytes), size});
+    if (!opened)
+        return answer(opened.status(), error, error_size);
+    *pvs = new ant_pvs{std::move(*opened), {}};
+    return answer({}, error, error_size);
+}
+
+ant_status ant_pvs_open_file(const char* path, ant_pvs** pvs, char* error, size_t error_size) {
+    if (pvs)
+        *pvs = nullptr;
+    if (!pvs || !path)
+        return answer({ErrorCode::usage, "ant_pvs_open_file: a needed pointer is NULL"}, error, error_size);
+#ifdef ANTUMBRA_NO_FILES
+    return answer({ErrorCode::unsupported, "ant_pvs_open_file: this build has no file system; read the bytes and "
+                                           "call ant_pvs_open_memory"}, error, error_size);
+#else
+    Result<antumbra::MappedFile> file = antumbra::MappedFile::open(path);
+    if (!file)
+        return answer(file.status(), error, error_size);
+    Result<antumbra::Pvs> opened = antumbra::Pvs::open(file->bytes());
+    if (!opened)
+        return answer(opened.status().in(path), error, error_size);
+    *pvs = new ant_pvs{std::move(*opened), std::move(*file)};
+    return answer({}, error, error_size);
+#endif
+}
+
+void ant_pvs_close(ant_pvs* pvs) { delete pvs; }
+
+ant_status ant_pvs_describe(const ant_pvs* pvs, ant_pvs_info* info) {
+    // The first struct ever published had the fields up to visibility_bytes.
+    if (!pvs || !info || info->struct_size < sizeof(ant_pvs_info))
+        return ANT_USAGE;
+    const antumbra::Pvs& source = pvs->pvs;
+    info->guarantee = static_cast<ant_guarantee>(source.guarantee());
+    info->object_count = source.object_count();
+    info->cell_count = source.grid().cells();
+    std::copy(source.grid().count.begin(), source.grid().count.end(), info->grid_count);
+    info->sides = source.sides();
+    copy(source.grid().bounds.min, info->grid_min);
+    copy(source.grid().bounds.max, info->grid_max);
+    copy(source.origin(), info->origin);
+    std::copy(source.scene_fingerprint().begin(), source.scene_fingerprint().end(), info->scene_fingerprint);
+    info->structure_fingerprint = source.structure_fingerprint();
+    info->file_bytes = source.file_bytes();
+    info->visibility_bytes = source.visibility_bytes();
+    return ANT_OK;
+}
+
+ant_status ant_pvs_read_text(const ant_pvs* pvs, ant_text which, char* buffer, size_t capacity, size_t* length) {
+    if (!pvs || !length)
+        return ANT_USAGE;
+    switch (which) {
+    case ANT_TEXT_METHOD:
+        return read_text(pvs->pvs.method(), buffer, capacity, length);
+    case ANT_TEXT_TOOL_VERSION:
+        return read_text(pvs->pvs.tool_version(), buffer, capacity, length);
+    case ANT_TEXT_OPTIONS:
+        return read_text(pvs->pvs.options_json(), buffer, capacity, length);
+    }
+    return ANT_USAGE;
+}
+
+ant_status ant_object_describe(const ant_pvs* pvs, uint32_t object, ant_object* description) {
+    if (!pvs || !description || object >= pvs->pvs.object_count())
+        return ANT_USAGE;
+    antumbra::PvsObject source = pvs->pvs.object(object);
+    antumbra::Box3d bounds = pvs->pvs.object_bounds(object);
+    *description = {source.node, source.primitive, source.instance, source.flags, source.triangle_count, {}, {}};
+    copy(bounds.min, description->bounds_min);
+    copy(bounds.max, description->bounds_max);
+    return ANT_OK;
+}
+
+ant_status ant_object_read_name(const ant_pvs* pvs, uint32_t object, char* buffer, size_t capacity, size_t* length) {
+    if (!pvs || !length || object >= pvs->pvs.object_count())
+        return ANT_USAGE;
+    return read_text(pvs->pvs.object_name(object), buffer, capacity, length);
+}
+
+ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description) {
+    if (!pvs || !description || cell >= pvs->pvs.grid().cells())
+        return ANT_USAGE;
+    std::uint32_t row = pvs->pvs.cell_row(cell);
+    antumbra::Box3d box = pvs->pvs.grid().cell(cell);
+    description->kind = row == antumbra::kCellNotBaked ? ANT_CELL_NOT_BAKED
+                        : row == antumbra::kCellSolid  ? ANT_CELL_SOLID
+                                                       : ANT_CELL_BAKED;
+    copy(box.min, description->min);
+    copy(box.max, description->max);
+    return ANT_OK;
+}
+
+ant_status ant_cell_find(const ant_pvs* pvs, const double point[3], int64_t* cell) {
+    if (!pvs || !point || !cell)
+        return ANT_USAGE;
+    *cell = pvs->pvs.grid().find(vector(point));
+    return ANT_OK;
+}
+
+ant_status ant_cursor_create(const ant_pvs* pvs, ant_cursor** cursor) {
+    if (cursor)
+        *cursor = nullptr;
+    if (!pvs || !cursor)
+        return ANT_USAGE;
+    *cursor = new ant_cursor{&pvs->pvs, {}};
+    return ANT_OK;
+}
+
+void ant_cursor_destroy(ant_cursor* cursor) { delete cursor; }
+
+ant_status ant_cursor_query(ant_cursor* cursor, const double eye[3], int* changed) {
+    if (!cursor || !eye)
+        return ANT_USAGE;
+    bool differs = cursor->pvs->query(vector(eye), cursor->cursor);
+    if (changed)
+        *changed = differs ? 1 : 0;
+    return ANT_OK;
+}
+
+ant_status ant_cursor_describe(const ant_cursor* cursor, ant_answer* answer) {
+    if (!has_answer(cursor) || !answer)
+        return ANT_USAGE;
+    const antumbra::PvsCursor& source = cursor->cursor;
+    answer->cell = source.cell;
+    answer->guarantee = source.everything ? ANT_CONSERVATIVE : static_cast<ant_guarantee>(cursor->pvs->guarantee());
+    answer->everything = source.everything ? 1 : 0;
+    answer->visible_count = source.visible_count;
+    return ANT_OK;
+}
+
+ant_status ant_cursor_read_ids(const ant_cursor* cursor, uint32_t* ids, size_t capacity, size_t* count) {
+    if (!has_answer(cursor) || !count)
+        return ANT_USAGE;
+    ant_status status = check_buffer(ids, capacity, cursor->cursor.visible_count);
+    if (status == ANT_USAGE)
+        return status;
+    *count = cursor->cursor.visible_count;
+    if (status != ANT_OK || !ids)
+        return status;
+    const std::vector<std::uint64_t>& words = cursor->cursor.visible;
+    for (std::size_t w = 0; w < words.size(); ++w)
+        for (std::uint64_t rest = words[w]; rest != 0; rest &= rest - 1)
+            *ids++ = static_cast<uint32_t>(w * 64 + static_cast<unsigned>(std::countr_zero(rest)));
+    return ANT_OK;
+}
+
+ant_status ant_cursor_read_bits(const ant_cursor* cursor, uint8_t* bytes, size_t capacity, size_t* count) {
+    if (!has_answer(cursor) || !count)
+        return ANT_USAGE;
+    std::size_t needed = (std::size_t(cursor->pvs->object_count()) + 7) / 8;
+    ant_status status = check_buffer(bytes, capacity, needed);
+    if (status == ANT_USAGE)
+        return status;
+    *count = needed;
+    for (std::size_t i = 0; status == ANT_OK && bytes && i < needed; ++i)
+        bytes[i] = static_cast<uint8_t>(cursor->cursor.visible[i / 8] >> (i % 8 * 8));
+    return status;
+}
+
+ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visible) {
+    if (!has_answer(cursor) || !visible || object >= cursor->pvs->object_count())
+        return ANT_USAGE;
+    *visible = static_cast<int>(cursor->cursor.visible[object / 64] >> (object % 64) & 1);
+    return ANT_OK;
+}
+
+} // extern "C"

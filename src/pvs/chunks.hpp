@@ -2,6 +2,7 @@
 // Byte layout: docs/format.md, sections 1 and 2.
 #pragma once
 
+#include <antumbra/pvs.hpp>
 #include <antumbra/status.hpp>
 
 #include <cstddef>
@@ -12,8 +13,8 @@
 
 namespace antumbra {
 
-inline constexpr std::uint16_t kMajorVersion = 1;
-inline constexpr std::uint16_t kMinorVersion = 0;
+inline constexpr std::uint16_t kMajorVersion = kPvsFormatVersion >> 16;
+inline constexpr std::uint16_t kMinorVersion = kPvsFormatVersion & 0xFFFF;
 inline constexpr std::size_t kHeaderBytes = 32;
 inline constexpr std::size_t kTableEntryBytes = 32;
 inline constexpr std::size_t kChunkAlignment = 16;

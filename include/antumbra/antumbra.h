@@ -1,0 +1,216 @@
+/* Antumbra, C interface. This header is the manual.
+ *
+ *     ant_pvs* pvs;
+ *     ant_cursor* cursor;
+ *     char error[256];
+ *     if (ant_pvs_open_file("house.pvs", &pvs, error, sizeof error) != ANT_OK) { puts(error); return 1; }
+ *     ant_cursor_create(pvs, &cursor);
+ *     for (each frame) {
+ *         int changed;
+ *         ant_cursor_query(cursor, eye, &changed);
+ *         if (changed) {
+ *             ant_cursor_read_ids(cursor, ids, capacity, &count);  // draw these objects
+ *         }
+ *     }
+ *     ant_cursor_destroy(cursor);
+ *     ant_pvs_close(pvs);
+ *
+ * Rules that hold for every function
+ *  - It returns an ant_status and never throws, prints, exits or touches global state. Where an answer goes to
+ *    a pointer, that pointer is written only if the status is ANT_OK (and where stated otherwise).
+ *  - A NULL where an object is needed, or an index out of range, gives ANT_USAGE and nothing else happens.
+ *  - Sizes come first: call a "read" function with a NULL buffer and capacity 0 to learn how much there is. A
+ *    buffer that is too small is not written: the call gives ANT_LIMIT and the size that is needed.
+ *  - Threads: an ant_pvs may be used by any number of threads at once. An ant_cursor belongs to one thread at a
+ *    time. Opening, closing, creating and destroying are ordinary calls without hidden state.
+ *  - Objects are numbered from 0 in the order in which the baker met them; node, primitive and instance say
+ *    what each is in the scene's own file.
+ *  - Coordinates are those of the scene file (world), in its units, as double.
+ *  - Memory is taken by open and create and by the first query of a cursor; later queries take none. When there is
+ *    no memory left the program ends, as with any C++ program built without exceptions.
+ */
+#ifndef ANTUMBRA_ANTUMBRA_H
+#define ANTUMBRA_ANTUMBRA_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Versions and status ---------------------------------------------------------------------------------- */
+
+#define ANT_VERSION_MAJOR 0
+#define ANT_VERSION_MINOR 1
+#define ANT_VERSION_PATCH 0
+
+/* Version of the library that is linked, e.g. "0.1.0": compare with the numbers above. Never NULL. */
+const char* ant_version_text(void);
+
+/* The newest .pvs format that the library reads: major * 65536 + minor. */
+uint32_t ant_version_format(void);
+
+/* The numbers never change. */
+typedef enum ant_status {
+    ANT_OK = 0,
+    ANT_USAGE = 1,       /* an argument makes no sense */
+    ANT_IO = 2,          /* the disk or the file system refused */
+    ANT_CORRUPT = 3,     /* the file is damaged, truncated or contradicts itself */
+    ANT_UNSUPPORTED = 4, /* the file is well formed but asks for what this version cannot do */
+    ANT_LIMIT = 5,       /* a buffer is too small, or a stated limit would be exceeded */
+    ANT_MISMATCH = 6,    /* two inputs do not belong together */
+    ANT_CANCELLED = 7,   /* asked to stop */
+    ANT_INTERNAL = 8     /* a broken promise of the library; please report */
+} ant_status;
+
+/* One word for a status, e.g. "corrupt"; "unknown" for others. Never NULL. */
+const char* ant_status_name(ant_status status);
+
+/* What an answer promises. The numbers never change. */
+typedef enum ant_guarantee {
+    ANT_EXACT = 1,        /* what is visible and nothing else */
+    ANT_CONSERVATIVE = 2, /* at least what is visible */
+    ANT_AGGRESSIVE = 3,   /* only what is visible, perhaps not all of it */
+    ANT_APPROXIMATE = 4   /* neither */
+} ant_guarantee;
+
+/* One word for a guarantee, e.g. "conservative"; "unknown" for others. Never NULL. */
+const char* ant_guarantee_name(ant_guarantee guarantee);
+
+/* ---- Opening a .pvs file ---------------------------------------------------------------------------------- */
+
+/* An opened file. Immutable. */
+typedef struct ant_pvs ant_pvs;
+
+/* Opens a file that lies in memory. The caller keeps `bytes` alive and unchanged until ant_pvs_close.
+ * Checks everything once: time proportional to `size` (about 1 GB/s), memory one bit per object.
+ * Errors: ANT_CORRUPT (names the chunk), ANT_UNSUPPORTED (written by a later version), ANT_USAGE.
+ * `error` (may be NULL) receives one line of text, cut to error_size - 1 letters and ended by a zero; "" on success.
+ * `*pvs` becomes NULL on any error. */
+ant_status ant_pvs_open_memory(const void* bytes, size_t size, ant_pvs** pvs, char* error, size_t error_size);
+
+/* The same for a file of the file system, which is mapped until ant_pvs_close; it must not be changed meanwhile
+ * (replace it by renaming another over it). Also ANT_IO. ANT_UNSUPPORTED where there is no file system (WebAssembly). */
+ant_status ant_pvs_open_file(const char* path, ant_pvs** pvs, char* error, size_t error_size);
+
+/* Ends it; its cursors must be destroyed before. NULL is allowed. */
+void ant_pvs_close(ant_pvs* pvs);
+
+/* What a file says about itself. Set struct_size to sizeof(ant_pvs_info) before the call: a later library fills
+ * only as much of the struct as the caller knows. */
+typedef struct ant_pvs_info {
+    size_t struct_size;
+    ant_guarantee guarantee;       /* of answers inside baked cells */
+    uint32_t object_count;
+    uint64_t cell_count;           /* product of grid_count; 0: no grid */
+    uint32_t grid_count[3];        /* cells along x, y, z */
+    uint32_t sides;                /* 0: faces are seen from the sides that their material says, 1: from both */
+    double grid_min[3];            /* box of all cells, world */
+    double grid_max[3];
+    double origin[3];              /* world position that stored bounds are relative to */
+    uint8_t scene_fingerprint[16]; /* hash of the geometry that was baked */
+    uint64_t structure_fingerprint; /* FNV-1a over (node, primitive, instance, triangles in the file) as 32-bit
+                                       little-endian numbers, object by object: compare with your scene to notice
+                                       a stale bake */
+    uint64_t file_bytes;
+    uint64_t visibility_bytes;     /* coded visibility alone */
+} ant_pvs_info;
+
+/* Errors: ANT_USAGE, also for an impossible struct_size. Cost: nanoseconds. */
+ant_status ant_pvs_describe(const ant_pvs* pvs, ant_pvs_info* info);
+
+typedef enum ant_text {
+    ANT_TEXT_METHOD = 0,       /* how it was baked, e.g. "sampled" */
+    ANT_TEXT_TOOL_VERSION = 1, /* program that baked it */
+    ANT_TEXT_OPTIONS = 2       /* options and measured statistics, one JSON object */
+} ant_text;
+
+/* Copies a text and a zero after it; needs capacity >= *length + 1. `*length` is the number of letters without
+ * that zero. Texts come from files: they need not be UTF-8 and may hold zeros. Errors: ANT_USAGE, ANT_LIMIT. */
+ant_status ant_pvs_read_text(const ant_pvs* pvs, ant_text which, char* buffer, size_t capacity, size_t* length);
+
+/* ---- Objects ---------------------------------------------------------------------------------------------- */
+
+/* Bits of ant_object::flags. */
+#define ANT_OBJECT_OCCLUDES 1u
+#define ANT_OBJECT_DOUBLE_SIDED 2u
+#define ANT_OBJECT_ALWAYS_VISIBLE 4u /* in every answer */
+#define ANT_OBJECT_MOVES 8u          /* bounds are those of the rest pose */
+
+typedef struct ant_object {
+    int32_t node, primitive, instance; /* in the scene file (glTF indices); -1: no such notion */
+    uint32_t flags;
+    uint32_t triangle_count;
+    double bounds_min[3], bounds_max[3]; /* world */
+} ant_object;
+
+/* Errors: ANT_USAGE. Cost: nanoseconds. */
+ant_status ant_object_describe(const ant_pvs* pvs, uint32_t object, ant_object* description);
+
+/* The object's name; buffer and length as in ant_pvs_read_text. Errors: ANT_USAGE, ANT_LIMIT. */
+ant_status ant_object_read_name(const ant_pvs* pvs, uint32_t object, char* buffer, size_t capacity, size_t* length);
+
+/* ---- Cells ------------------------------------------------------------------------------------------------ */
+
+typedef enum ant_cell_kind {
+    ANT_CELL_BAKED = 0,
+    ANT_CELL_NOT_BAKED = 1, /* nobody asked for it: everything is visible */
+    ANT_CELL_SOLID = 2      /* inside geometry, no place for a viewer: everything is visible */
+} ant_cell_kind;
+
+typedef struct ant_cell {
+    ant_cell_kind kind;
+    double min[3], max[3]; /* closed box, world */
+} ant_cell;
+
+/* Cell (i,j,k) has number i + grid_count[0] * (j + grid_count[1] * k). Errors: ANT_USAGE. Cost: nanoseconds. */
+ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description);
+
+/* The cell that holds a point, or -1 outside all of them and for NaN. A point on a face that two cells share is in
+ * the one above it. Errors: ANT_USAGE. Cost: some ten nanoseconds. */
+ant_status ant_cell_find(const ant_pvs* pvs, const double point[3], int64_t* cell);
+
+/* ---- Queries ---------------------------------------------------------------------------------------------- */
+
+/* The state of one view: remembers the last answer, so that a viewer who stays in his cell pays nothing. */
+typedef struct ant_cursor ant_cursor;
+
+/* The cursor refers to `pvs`, which must stay open while it is used. Errors: ANT_USAGE; `*cursor` is NULL then. */
+ant_status ant_cursor_create(const ant_pvs* pvs, ant_cursor** cursor);
+
+/* NULL is allowed. */
+void ant_cursor_destroy(ant_cursor* cursor);
+
+/* What can be seen from `eye` (three coordinates, world)? `*changed` (may be NULL) becomes 1 if the answer is another
+ * than the cursor's last one, else 0. An eye outside every baked cell, inside solid matter, infinite or NaN sees
+ * everything: that is an answer, not an error.
+ * Cost: below 1 microsecond per 4,000 objects in a new cell, below 50 nanoseconds in the same one. Errors: ANT_USAGE. */
+ant_status ant_cursor_query(ant_cursor* cursor, const double eye[3], int* changed);
+
+typedef struct ant_answer {
+    int64_t cell;            /* number of the cell, -1: outside all of them */
+    ant_guarantee guarantee; /* of this answer: that of the file, or conservative if everything is visible */
+    int32_t everything;      /* 1: nothing is known here, so all objects are in the answer */
+    uint32_t visible_count;
+} ant_answer;
+
+/* The last answer in short. ANT_USAGE before the first query. Cost: nanoseconds. */
+ant_status ant_cursor_describe(const ant_cursor* cursor, ant_answer* answer);
+
+/* The numbers of the visible objects, ascending; `*count` of them. Errors: ANT_USAGE (also before the first query),
+ * ANT_LIMIT. Cost: about a nanosecond per visible object. */
+ant_status ant_cursor_read_ids(const ant_cursor* cursor, uint32_t* ids, size_t capacity, size_t* count);
+
+/* The answer as a bit set: object o is bit o % 8 (1 << that) of byte o / 8; `*count` = (objects + 7) / 8 bytes.
+ * Errors: ANT_USAGE (also before the first query), ANT_LIMIT. */
+ant_status ant_cursor_read_bits(const ant_cursor* cursor, uint8_t* bytes, size_t capacity, size_t* count);
+
+/* `*visible` becomes 1 or 0. Errors: ANT_USAGE (also before the first query). Cost: a nanosecond. */
+ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visible);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

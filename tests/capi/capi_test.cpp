@@ -1,0 +1,80 @@
+// Makes a file and runs the checks of antumbra_test.c on it, opened from memory and from disk.
+#include "base/file.hpp"
+
+#include <antumbra/antumbra.h>
+#include <antumbra/pvs.hpp>
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <string>
+#include <unistd.h>
+
+extern "C" {
+int check_versions(void);
+int check_description(const ant_pvs* pvs);
+int check_texts(const ant_pvs* pvs);
+int check_objects_and_cells(const ant_pvs* pvs);
+int check_queries(const ant_pvs* pvs);
+int check_misuse(const ant_pvs* pvs);
+}
+
+namespace {
+
+antumbra::PvsData data_of_the_c_test() {
+    antumbra::PvsData data;
+    data.guarantee = antumbra::Guarantee::exact;
+    data.method = "exact";
+    data.tool_version = "0.1";
+    data.options_json = "{}";
+    data.scene_fingerprint = {0xAB};
+    data.scene_fingerprint[15] = 0xCD;
+    data.structure_fingerprint = 0x0123456789ABCDEFu;
+    data.sides = 1;
+    data.origin = {10, 0, 0};
+    data.objects.resize(3);
+    data.objects[2] = {7, 1, -1, ANT_OBJECT_OCCLUDES, 12, {{1, 0, 0}, {2, 1, 1}}, "door"};
+    data.grid = {{{0, 0, 0}, {3, 1, 1}}, {3, 1, 1}};
+    data.row_count = 2;
+    data.rows = {1, 5};
+    data.cell_row = {0, 1, antumbra::kCellNotBaked};
+    return data;
+}
+
+class CInterface : public testing::Test {
+  protected:
+    void SetUp() override {
+        bytes_ = *antumbra::encode_pvs(data_of_the_c_test());
+        ASSERT_EQ(ant_pvs_open_memory(bytes_.data(), bytes_.size(), &pvs_, error_, sizeof error_), ANT_OK) << error_;
+        EXPECT_STREQ(error_, "");
+    }
+    void TearDown() override { ant_pvs_close(pvs_); }
+
+    std::vector<std::byte> bytes_;
+    ant_pvs* pvs_ = nullptr;
+    char error_[200] = "untouched";
+};
+
+TEST_F(CInterface, Versions) { EXPECT_EQ(check_versions(), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, Description) { EXPECT_EQ(check_description(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, Texts) { EXPECT_EQ(check_texts(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, ObjectsAndCells) { EXPECT_EQ(check_objects_and_cells(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, Queries) { EXPECT_EQ(check_queries(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, MisuseIsAnswered) { EXPECT_EQ(check_misuse(pvs_), 0) << "line of antumbra_test.c"; }
+
+TEST_F(CInterface, OpensAFileOfTheDisk) {
+    std::string path = testing::TempDir() + "capi_test" + std::to_string(::getpid()) + ".pvs";
+    ASSERT_TRUE(antumbra::write_file_atomically(path, bytes_));
+    ant_pvs* mapped = nullptr;
+    EXPECT_EQ(ant_pvs_open_file(path.c_str(), &mapped, error_, sizeof error_), ANT_OK) << error_;
+    EXPECT_EQ(check_queries(mapped), 0);
+    ant_pvs_close(mapped);
+    bytes_.back() ^= std::byte(1);
+    ASSERT_TRUE(antumbra::write_file_atomically(path, bytes_));
+    EXPECT_EQ(ant_pvs_open_file(path.c_str(), &mapped, error_, sizeof error_), ANT_CORRUPT);
+    EXPECT_EQ(mapped, nullptr);
+    EXPECT_NE(std::string(error_).find(path + ": chunk 'ROWS'"), std::string::npos) << error_;
+    std::remove(path.c_str());
+}
+
+} // namespace
