@@ -32,9 +32,32 @@ enum class Sampling : std::uint8_t {
     guided,  ///< the same budget, most of it spent around what was just found
 };
 
+/// How view space is cut into cells.
+enum class Subdivision : std::uint8_t {
+    grid,    ///< a regular grid of boxes
+    spatial, ///< a k-d tree over positions
+    angular, ///< the same, each leaf cut into eight headings: the paper's experimental setting
+    five,    ///< a k-d tree over positions and directions
+};
+
+/// The k-d tree of view space (Gotsman, Sudarsky, Fayman 1999, section 4).
+struct ViewTreeOptions {
+    Subdivision subdivision = Subdivision::grid;
+    double view_space = 1;          ///< spatial part of view space, as a multiple of the scene's box about its centre
+    double effectiveness = 0.1;     ///< split only above this effectiveness, 0..1
+    std::uint64_t min_visible = 1;  ///< split only where at least so many triangles belong to visible objects
+    std::uint32_t max_depth = 16;   ///< of splits below a tile
+    double min_extent = 1.0 / 64;   ///< of a cell along an axis, as a share of view space
+    std::uint32_t node_rays = 1024; ///< for the rough visibility of a node; cached ones count
+    /// View space is first halved so many times along its longest axis: 2^tile_depth independent tiles, the units of
+    /// threads, checkpoints and shards.
+    std::uint32_t tile_depth = 2;
+};
+
 struct BakeOptions {
     std::string method = "sampled";
-    /// The grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
+    ViewTreeOptions tree;
+    /// The grid, for Subdivision::grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
     std::array<std::uint32_t, 3> cells{16, 4, 16};
     double cell_size = 0;
     /// Where viewers can be (world). Empty: the scene's bounds. Cells that touch none of them are not baked.

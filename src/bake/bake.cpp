@@ -1,9 +1,9 @@
 #include <antumbra/bake.hpp>
 
 #include "bake/binomial.hpp"
-#include "bake/checkpoint.hpp"
 #include "bake/keys.hpp"
-#include "bake/sampled/region_sampler.hpp"
+#include "bake/resumable.hpp"
+#include "bake/sampled/sample_payload.hpp"
 #include "bake/view_cells.hpp"
 #include "base/parallel.hpp"
 
@@ -12,7 +12,6 @@
 #include <cmath>
 #include <ctime>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 namespace antumbra {
@@ -68,39 +67,6 @@ std::string checkpoint_key(const Scene& scene, const BakeOptions& options, const
         json["max"].push_back(std::bit_cast<std::uint64_t>(grid.bounds.max[k]));
     }
     return json.dump();
-}
-
-// A finished cell as checkpoint payload: eight numbers of 64 bits, then the bit set.
-constexpr std::size_t kSampleNumbers = 8;
-
-std::vector<std::byte> pack(const RegionSample& sample) {
-    std::vector<std::uint64_t> words{sample.solid,        sample.rays,         sample.aimed_rays,     sample.confirmed,
-                                     sample.unconfirmed, sample.holdout_rays, sample.holdout_misses, sample.fewest_aimed};
-    words.insert(words.end(), sample.visible.begin(), sample.visible.end());
-    std::vector<std::byte> bytes;
-    bytes.reserve(words.size() * 8);
-    for (std::uint64_t word : words)
-        for (int byte = 0; byte < 8; ++byte)
-            bytes.push_back(std::byte(word >> (8 * byte) & 0xFF));
-    return bytes;
-}
-
-bool unpack(std::span<const std::byte> bytes, std::size_t words_per_row, RegionSample& sample) {
-    if (bytes.size() % 8 != 0 || bytes.size() / 8 < kSampleNumbers)
-        return false;
-    std::vector<std::uint64_t> words(bytes.size() / 8);
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-        words[i / 8] |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * (i % 8));
-    sample.solid = words[0] != 0;
-    sample.rays = words[1];
-    sample.aimed_rays = words[2];
-    sample.confirmed = std::uint32_t(words[3]);
-    sample.unconfirmed = std::uint32_t(words[4]);
-    sample.holdout_rays = std::uint32_t(words[5]);
-    sample.holdout_misses = std::uint32_t(words[6]);
-    sample.fewest_aimed = std::uint32_t(words[7]);
-    sample.visible.assign(words.begin() + kSampleNumbers, words.end());
-    return sample.visible.size() == (sample.solid ? 0 : words_per_row);
 }
 
 RegionSample sample_cell(const SamplingScene& shared, const Box3d& cell) {
@@ -196,59 +162,32 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
         return view.status();
     std::span<const std::uint64_t> cells = view->to_bake;
 
-    Checkpoint::Records records;
-    std::unique_ptr<Checkpoint> checkpoint;
-    if (!options.checkpoint.empty()) {
-        auto opened = Checkpoint::open(options.checkpoint, checkpoint_key(scene, options, view->grid), options.resume,
-                                       records);
-        if (!opened)
-            return opened.status();
-        checkpoint = std::move(*opened);
-    }
     Tracer tracer = Tracer::build(scene, job);
     SamplingScene shared(tracer, options);
-    std::size_t words_per_row = (scene.objects().size() + 63) / 64;
+    std::size_t words = (scene.objects().size() + 63) / 64;
+    Units units;
+    units.stage = "bake";
+    units.unit_name = "cells";
+    units.ids = view->to_bake;
+    units.compute = [&](std::size_t index) {
+        PayloadWriter payload;
+        payload.put(sample_cell(shared, view->grid.cell(cells[index])));
+        return payload.take();
+    };
+    units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
+        PayloadReader reader(payload);
+        reader.get_sample(words);
+        return reader.at_end();
+    };
+    Result<UnitResults> results = run_units(units, checkpoint_key(scene, options, view->grid), options, job);
+    if (!results)
+        return results.status();
+    std::vector<RegionSample> samples;
+    for (const Payload& payload : results->payloads)
+        samples.push_back(PayloadReader(payload).get_sample(words));
 
     BakeResult result;
-    std::vector<RegionSample> samples(cells.size());
-    std::vector<std::size_t> open;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-        auto record = records.find(cells[i]);
-        if (record == records.end() || !unpack(record->second, words_per_row, samples[i]))
-            open.push_back(i);
-    }
-    result.statistics.cells_resumed = cells.size() - open.size();
-    records.clear();
-
-    std::mutex mutex;
-    Status failure;
-    std::size_t done = result.statistics.cells_resumed;
-    std::atomic<bool> stop{false};
-    parallel_for(open.size(), job, [&](std::size_t index, unsigned) {
-        if (stop.load(std::memory_order_relaxed))
-            return;
-        std::size_t i = open[index];
-        samples[i] = sample_cell(shared, view->grid.cell(cells[i]));
-        Status appended = checkpoint ? checkpoint->append(cells[i], pack(samples[i])) : Status();
-        std::scoped_lock lock(mutex);
-        if (!appended) {
-            failure = appended;
-            stop = true;
-        }
-        ++done;
-        if (job.progress)
-            job.progress({"bake", done, cells.size(), "cells"});
-    });
-    if (!failure.ok())
-        return failure;
-    if (checkpoint)
-        if (Status status = checkpoint->sync(); !status)
-            return status;
-    if (done < cells.size())
-        return Status(ErrorCode::cancelled,
-                      "stopped after " + std::to_string(done) + " of " + std::to_string(cells.size()) + " cells" +
-                          (checkpoint ? "; go on with --resume" : ""));
-
+    result.statistics.cells_resumed = results->resumed;
     BakeStatistics& statistics = result.statistics;
     statistics.cells = view->grid.cells();
     statistics.cells_not_baked = statistics.cells - cells.size();

@@ -57,7 +57,7 @@ void RayCache::add(const Ray& ray, std::span<const std::uint32_t> seen) {
 
 RegionSampler::RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key)
     : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
-      key_(key) {
+      key_(key), directions_(shared.options().seed, key, kDirections) {
     std::size_t words = (scene_.objects().size() + 63) / 64;
     sample_.visible.assign(words, 0);
     proposed_.assign(words, 0);
@@ -121,9 +121,8 @@ void RegionSampler::adopt(const RayCache& cache) {
 void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
     if (!has_viewpoint())
         return;
-    Random random(shared_.options().seed, key_, kDirections);
     for (std::uint32_t r = 0; r < count; ++r) {
-        Ray ray{viewpoints_[r % viewpoints_.size()], uniform_direction(region_, random)};
+        Ray ray{viewpoints_[looked_++ % viewpoints_.size()], uniform_direction(region_, directions_)};
         cast(ray);
         if (keep)
             keep->add(ray, hits_);

@@ -68,7 +68,7 @@ class RegionSampler {
 
     /// Uses rays that were cast before and lie in the region. Their proof happens now.
     void adopt(const RayCache& cache);
-    /// Casts `count` rays uniform over positions and directions of the region; keeps them in `keep` if given.
+    /// Casts `count` more rays uniform over positions and directions of the region; keeps them in `keep` if given.
     void look_around(std::uint32_t count, RayCache* keep = nullptr);
     /// Spends about `count` rays around what was just found: past the borders of newly seen triangles and from other
     /// viewpoints. In the manner of guided visibility sampling (Wonka et al. 2006).
@@ -111,6 +111,8 @@ class RegionSampler {
     RegionSample sample_;
     std::vector<Vec3d> viewpoints_;
     bool searched_ = false;
+    Random directions_; ///< of look_around
+    std::uint32_t looked_ = 0;
     std::vector<std::uint64_t> proposed_;
     std::vector<std::uint32_t> hits_;
 };
