@@ -3,6 +3,7 @@
 #include "base/file.hpp"
 
 #include <antumbra/bake.hpp>
+#include <antumbra/camera.hpp>
 
 #include <fmt/format.h>
 
@@ -27,6 +28,30 @@ Result<std::array<std::uint32_t, 3>> parse_cells(const std::string& text) {
     return cells;
 }
 
+/// The boxes of --where: of a file of boxes, around the eyes of a camera path, or none for the whole scene.
+Result<std::vector<Box3d>> read_where(const BakeArguments& arguments, const Scene& scene) {
+    std::vector<Box3d> boxes;
+    if (arguments.where.empty() || arguments.where == "auto")
+        return boxes;
+    if (!file_exists(arguments.where))
+        return Status(ErrorCode::io, "--where " + arguments.where + ": no such file; give a file, or auto");
+    Result<std::vector<Box3d>> listed = read_boxes(arguments.where);
+    if (listed)
+        return listed;
+    CameraPathOptions path_options;
+    path_options.z_up = arguments.scene.up_axis == "z";
+    Result<std::vector<CameraFrame>> path = read_camera_path(arguments.where, path_options);
+    if (!path)
+        return Status(path.status().code(), "--where " + arguments.where + " is neither a list of boxes (" +
+                                                listed.status().message() + ") nor a camera path (" +
+                                                path.status().message() + ")");
+    double radius = arguments.where_radius > 0 ? arguments.where_radius : length(scene.world_bounds().size()) / 100;
+    Vec3d around{radius, radius, radius};
+    for (const CameraFrame& frame : *path)
+        boxes.push_back({frame.eye - around, frame.eye + around});
+    return boxes;
+}
+
 int print_plan(const BakeArguments& arguments, const BakePlan& plan) {
     if (arguments.common.json) {
         Json document;
@@ -46,11 +71,12 @@ int print_plan(const BakeArguments& arguments, const BakePlan& plan) {
     return 0;
 }
 
-int print_result(const BakeArguments& arguments, const BakeResult& result, std::size_t bytes) {
+int print_result(const BakeArguments& arguments, const BakeResult& result, std::size_t bytes,
+                 std::uint64_t visibility_bytes) {
     const BakeStatistics& statistics = result.statistics;
     std::size_t objects = result.pvs.objects.size();
     double pairs = double(statistics.cells_baked) * double(objects);
-    double bits_per_pair = pairs > 0 ? double(bytes) * 8 / pairs : 0;
+    double bits_per_pair = pairs > 0 ? double(visibility_bytes) * 8 / pairs : 0;
     if (arguments.common.json) {
         Json document;
         document["method"] = result.pvs.method;
@@ -66,6 +92,7 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         document["cpu_seconds"] = statistics.cpu_seconds;
         document["rays"] = statistics.rays;
         document["bytes"] = bytes;
+        document["visibility_bytes"] = visibility_bytes;
         document["bits_per_pair"] = bits_per_pair;
         document["mean_visible"] = statistics.mean_visible;
         document["undecided"] = 0; // a sampled bake decides nothing but what it has seen
@@ -91,8 +118,8 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
                statistics.miss_rate, statistics.miss_rate_upper95, statistics.holdout_misses, statistics.holdout_rays);
     fmt::print("rays       {:.4g} million in {:.2f} s ({:.2f} CPU s)\n", double(statistics.rays) * 1e-6,
                statistics.seconds, statistics.cpu_seconds);
-    fmt::print("file       {}, {} bytes, {:.3f} bits per (cell, object) pair\n", arguments.output, bytes,
-               bits_per_pair);
+    fmt::print("file       {}, {} bytes; visibility alone {} bytes, {:.3f} bits per (cell, object) pair\n",
+               arguments.output, bytes, visibility_bytes, bits_per_pair);
     return 0;
 }
 
@@ -108,6 +135,10 @@ int run_bake(BakeArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
+    Result<std::vector<Box3d>> where = read_where(arguments, *scene);
+    if (!where)
+        return fail(where.status());
+    arguments.options.where = std::move(*where);
     arguments.options.seed = arguments.common.seed;
     Job job = make_job(arguments.common);
     if (arguments.dry_run) {
@@ -121,13 +152,16 @@ int run_bake(BakeArguments& arguments) {
     Result<std::vector<std::byte>> bytes = encode_pvs(result->pvs);
     if (!bytes)
         return fail(bytes.status());
+    Result<Pvs> written = Pvs::open(*bytes);
+    if (!written)
+        return fail(written.status());
     if (Status status = write_file_atomically(arguments.output, *bytes); !status)
         return fail(status);
     if (Status status = remove_file(arguments.options.checkpoint); !status)
         return fail(status);
     if (result->statistics.cells_baked == 0)
         note("every cell lies inside matter; if the scene is inside out, try --sides both");
-    return print_result(arguments, *result, bytes->size());
+    return print_result(arguments, *result, bytes->size(), written->visibility_bytes());
 }
 
 } // namespace
