@@ -1,0 +1,133 @@
+// The page docs/format.md is enough: a reader written from it alone agrees with ours, and a file of the first version
+// opens for ever.
+#include "base/file.hpp"
+#include "pvs/random_pvs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <unistd.h>
+
+namespace antumbra {
+namespace {
+
+/// What read_pvs.py prints for a cell or an eye.
+std::string row_text(const Pvs& pvs, const PvsCursor& cursor) {
+    if (cursor.everything)
+        return "everything";
+    std::string text;
+    for (std::uint32_t o = 0; o < pvs.object_count(); ++o)
+        if (cursor.visible[o / 64] >> (o % 64) & 1)
+            text += (text.empty() ? "" : " ") + std::to_string(o);
+    return text;
+}
+
+std::string run(const std::string& command) {
+    std::string output;
+    FILE* pipe = ::popen(command.c_str(), "r");
+    char buffer[4096];
+    while (std::size_t size = std::fread(buffer, 1, sizeof buffer, pipe))
+        output.append(buffer, size);
+    EXPECT_EQ(::pclose(pipe), 0) << command;
+    return output;
+}
+
+TEST(PvsFormatPage, AReaderWrittenFromThePageAgrees) {
+    std::string path = testing::TempDir() + "reader_test" + std::to_string(::getpid()) + ".pvs";
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+        PvsData data = test::random_pvs(seed, 400);
+        std::vector<std::byte> bytes = *encode_pvs(data);
+        ASSERT_TRUE(write_file_atomically(path, bytes));
+        Pvs pvs = *Pvs::open(bytes);
+        PvsCursor cursor;
+        std::string expected, eyes;
+        for (std::uint64_t c = 0; c < data.grid.cells(); ++c) {
+            (void)pvs.query(data.grid.cell(c).centre(), cursor);
+            expected += "cell " + std::to_string(c) + ": " + row_text(pvs, cursor) + "\n";
+        }
+        for (std::uint64_t c = 0; c < data.grid.cells(); c += 3) {
+            // Corners are on common faces: both readers must choose the same cell.
+            Vec3d eye = c == 3 ? Vec3d{1e30, 0, 0} : data.grid.cell(c).corner(int(c % 8));
+            char text[100];
+            std::snprintf(text, sizeof text, "%.17g,%.17g,%.17g", eye.x, eye.y, eye.z);
+            (void)pvs.query(eye, cursor);
+            expected += "eye " + std::string(text) + ": " + row_text(pvs, cursor) + "\n";
+            eyes += " ' " + std::string(text) + "'";
+        }
+        std::string output = run("python3 '" ANTUMBRA_SOURCE_DIR "/tests/pvs/read_pvs.py' '" + path + "'" + eyes);
+        for (std::size_t at; (at = output.find("eye  ")) != std::string::npos;)
+            output.erase(at + 3, 1); // the blank that keeps a minus from looking like an option
+        EXPECT_EQ(output, expected) << "seed " << seed;
+    }
+    std::remove(path.c_str());
+}
+
+/// What golden-1.pvs.hex was made of. All three row codings, a cell that is not baked, a solid one, an object that
+/// is always visible.
+PvsData golden_data() {
+    PvsData data;
+    data.guarantee = Guarantee::conservative;
+    data.method = "golden";
+    data.tool_version = "0.1.0";
+    data.options_json = "{\"seed\":1}";
+    for (std::uint8_t i = 0; i < 16; ++i)
+        data.scene_fingerprint[i] = static_cast<std::uint8_t>(16 * i + i);
+    data.structure_fingerprint = 0xFEDCBA9876543210u;
+    data.sides = 1;
+    data.origin = {0.1, -2.5, 1e6};
+    data.grid = {{{-1, 0, 1e6}, {5, 2.25, 1e6 + 1}}, {3, 2, 1}};
+    data.objects.resize(70);
+    for (std::int32_t o = 0; o < 70; ++o) {
+        float x = float(o) / 8;
+        data.objects[std::size_t(o)] = {o, o % 3, o % 5 - 1, o == 69 ? 5u : 1u, std::uint32_t(o * 100),
+                                        {{x, -x, 0}, {x + 1, 0, 0.5f}}, o % 7 ? "part" : "\xC3\xA4" "ou\xC3\x9F" "en"};
+    }
+    data.row_count = 3;
+    data.rows = {~std::uint64_t(0), 0x0F, 0x8000000000000001u, 0x20, 0x123456789ABCDEF0u, 0x2A};
+    data.cell_row = {0, 1, 2, kCellNotBaked, kCellSolid, 1};
+    return data;
+}
+
+std::string golden_path() { return ANTUMBRA_SOURCE_DIR "/tests/pvs/golden-1.pvs.hex"; }
+
+std::vector<std::byte> read_hex(const std::string& path) {
+    std::ifstream stream(path);
+    std::vector<std::byte> bytes;
+    for (std::string word; stream >> word;)
+        for (std::size_t i = 0; i + 1 < word.size(); i += 2)
+            bytes.push_back(std::byte(std::stoi(word.substr(i, 2), nullptr, 16)));
+    return bytes;
+}
+
+TEST(PvsGolden, AFileOfTheFirstVersionOpensForEver) {
+    std::vector<std::byte> bytes = read_hex(golden_path());
+    ASSERT_GT(bytes.size(), 1000u) << golden_path();
+    Result<Pvs> pvs = Pvs::open(bytes);
+    ASSERT_TRUE(pvs.ok()) << pvs.status().message();
+    EXPECT_EQ(pvs->guarantee(), Guarantee::conservative);
+    EXPECT_EQ(pvs->method(), "golden");
+    EXPECT_EQ(pvs->options_json(), "{\"seed\":1}");
+    EXPECT_EQ(pvs->structure_fingerprint(), 0xFEDCBA9876543210u);
+    EXPECT_EQ(pvs->object_count(), 70u);
+    EXPECT_EQ(pvs->object(69).flags, 5u);
+    EXPECT_EQ(pvs->object_name(63), "\xC3\xA4" "ou\xC3\x9F" "en");
+    PvsCursor cursor;
+    (void)pvs->query({-0.5, 1, 1e6}, cursor);
+    EXPECT_EQ(cursor.visible, (std::vector<std::uint64_t>{~std::uint64_t(0), 0x2F}));
+    (void)pvs->query({1, 1, 1e6}, cursor);
+    EXPECT_EQ(cursor.visible, (std::vector<std::uint64_t>{0x8000000000000001u, 0x20}));
+    (void)pvs->query({3, 1, 1e6}, cursor);
+    EXPECT_EQ(cursor.visible, (std::vector<std::uint64_t>{0x123456789ABCDEF0u, 0x2A}));
+    for (double x : {-0.5, 1.5}) {
+        (void)pvs->query({x, 2, 1e6}, cursor);
+        EXPECT_TRUE(cursor.everything);
+        EXPECT_EQ(cursor.visible_count, 70u);
+    }
+}
+
+TEST(PvsGolden, TheWriterStillWritesTheSameBytes) { EXPECT_EQ(*encode_pvs(golden_data()), read_hex(golden_path())); }
+
+} // namespace
+} // namespace antumbra
