@@ -119,7 +119,7 @@ auto minor(const Difference& a, const Difference& b, const Difference& c, const 
     return a * b - c * d;
 }
 
-Expansion<192> exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+Expansion<192> orient3d_expansion(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     Difference u[3], v[3], w[3];
     for (int k = 0; k < 3; ++k) {
         u[k] = Difference::difference(b[k], a[k]);
@@ -132,7 +132,7 @@ Expansion<192> exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, co
     return x + y + z;
 }
 
-Expansion<16> exact_orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int i, int j) {
+Expansion<16> orient2d_expansion(const Vec3d& a, const Vec3d& b, const Vec3d& c, int i, int j) {
     return minor(Difference::difference(b[i], a[i]), Difference::difference(c[j], a[j]),
                  Difference::difference(b[j], a[j]), Difference::difference(c[i], a[i]));
 }
@@ -184,7 +184,7 @@ Terms product(const Terms& e, const Terms& f) {
 
 /// Sign of a * b - c * d.
 template <std::size_t N, std::size_t M>
-int exact_cross_sign(const Expansion<N>& a, const Expansion<M>& b, const Expansion<N>& c, const Expansion<M>& d) {
+int cross_sign(const Expansion<N>& a, const Expansion<M>& b, const Expansion<N>& c, const Expansion<M>& d) {
     Terms left = product(compressed(a), compressed(b));
     Terms right = product(compressed(-c), compressed(d));
     Terms difference(left.size() + right.size());
@@ -213,11 +213,27 @@ bool in_exact_range(const Vec3d& p) {
     return true;
 }
 
+namespace exact {
+
+int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) { return orient3d_expansion(a, b, c, d).sign(); }
+
+int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis) {
+    return orient2d_expansion(a, b, c, (axis + 1) % 3, (axis + 2) % 3).sign();
+}
+
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second) {
+    auto fp = orient3d_expansion(first.a, first.b, first.c, p), fq = orient3d_expansion(first.a, first.b, first.c, q);
+    auto sp = orient3d_expansion(second.a, second.b, second.c, p), sq = orient3d_expansion(second.a, second.b, second.c, q);
+    return compare_ratios(cross_sign(sp, fq, fp, sq), (fp - fq).sign(), (sp - sq).sign());
+}
+
+} // namespace exact
+
 int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d, PredicateTally* tally) {
     int sign = proven_sign(approximate(a, b, c, d));
     if (sign != 2)
         return counted(sign, false, tally);
-    return counted(exact_orient3d(a, b, c, d).sign(), true, tally);
+    return counted(exact::orient3d(a, b, c, d), true, tally);
 }
 
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis, PredicateTally* tally) {
@@ -225,7 +241,7 @@ int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis, Predicate
     int sign = proven_sign(approximate(a, b, c, i, j));
     if (sign != 2)
         return counted(sign, false, tally);
-    return counted(exact_orient2d(a, b, c, i, j).sign(), true, tally);
+    return counted(exact::orient2d(a, b, c, axis), true, tally);
 }
 
 int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second,
@@ -238,19 +254,16 @@ int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& firs
     int f_sign = proven_sign(f_fall), s_sign = proven_sign(s_fall), cross = proven_sign(cross_difference(sp, fq, fp, sq));
     if (f_sign != 2 && s_sign != 2 && cross != 2)
         return counted(compare_ratios(cross, f_sign, s_sign), false, tally);
-    auto efp = exact_orient3d(first.a, first.b, first.c, p), efq = exact_orient3d(first.a, first.b, first.c, q);
-    auto esp = exact_orient3d(second.a, second.b, second.c, p), esq = exact_orient3d(second.a, second.b, second.c, q);
-    int exact_sign = compare_ratios(exact_cross_sign(esp, efq, efp, esq), (efp - efq).sign(), (esp - esq).sign());
-    return counted(exact_sign, true, tally);
+    return counted(exact::compare_crossings(p, q, first, second), true, tally);
 }
 
 int compare_edge_crossing(const Vec3d& p, const Vec3d& q, const Vec3d& a, const Vec3d& b, int axis,
                           const TrianglePoints& triangle, PredicateTally* tally) {
     // Rare (the line lies in a triangle's plane): exact at once.
     int i = (axis + 1) % 3, j = (axis + 2) % 3;
-    auto ep = exact_orient2d(a, b, p, i, j), eq = exact_orient2d(a, b, q, i, j);
-    auto tp = exact_orient3d(triangle.a, triangle.b, triangle.c, p), tq = exact_orient3d(triangle.a, triangle.b, triangle.c, q);
-    int cross = exact_cross_sign(tp, eq, tq, ep); // (tp eq - ep tq), as in compare_ratios
+    auto ep = orient2d_expansion(a, b, p, i, j), eq = orient2d_expansion(a, b, q, i, j);
+    auto tp = orient3d_expansion(triangle.a, triangle.b, triangle.c, p), tq = orient3d_expansion(triangle.a, triangle.b, triangle.c, q);
+    int cross = cross_sign(tp, eq, tq, ep); // (tp eq - ep tq), as in compare_ratios
     return counted(compare_ratios(cross, (ep - eq).sign(), (tp - tq).sign()), true, tally);
 }
 

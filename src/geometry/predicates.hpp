@@ -48,4 +48,11 @@ int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& firs
 int compare_edge_crossing(const Vec3d& p, const Vec3d& q, const Vec3d& a, const Vec3d& b, int axis,
                           const TrianglePoints& triangle, PredicateTally* tally = nullptr);
 
+/// The exact level alone, for tests of agreement.
+namespace exact {
+int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
+int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis);
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second);
+} // namespace exact
+
 } // namespace antumbra

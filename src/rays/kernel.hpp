@@ -33,7 +33,8 @@ struct PreparedRay {
     double margin;           ///< by which boxes grow: see prepare()
     int axis_x, axis_y, axis_z; ///< cyclic; z is the direction's largest component
     bool against;            ///< direction[axis_z] < 0
-    float low[3], high[3];   ///< origin, rounded down and up, and moved outward by twice the margin
+    float near_origin[3], far_origin[3]; ///< for the planes of a box met first and last: the origin, rounded and
+                                         ///< moved by twice the margin so that boxes grow
     float near_inverse[3], far_inverse[3];
     int near_row[3], far_row[3]; ///< rows of WideNode::bounds
 };
@@ -57,6 +58,8 @@ struct Kernel {
 };
 
 const Kernel& scalar_kernel();
+/// Null where the machine or the compiler's target lacks it.
+const Kernel* avx2_kernel();
 
 /// The fastest one that this machine can run.
 const Kernel& best_kernel();

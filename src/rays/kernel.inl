@@ -4,6 +4,9 @@
 // Included by one source file per instruction set, after its headers, inside an anonymous namespace, so that no
 // two copies can be mixed up by the linker.
 
+/// A float not below t >= 0.
+inline float float_above(double t) { return static_cast<float>(t) * (1 + 0x1p-22f); }
+
 /// What a triangle test leaves for the lanes that passed it.
 struct alignas(32) Candidates {
     double t[kLanes];

@@ -8,7 +8,7 @@ namespace {
 #include "rays/kernel.inl"
 
 struct Scalar {
-    /// Float slabs. `low` and `high` hold the origin moved outward by twice the margin, and the inverses are moved
+    /// Float slabs. the origins are moved by twice the margin, and the inverses are moved
     /// apart by 2^-21 relative, which outweighs the roundings of the subtraction, the inverse and the product
     /// (3 * 2^-24). So a stretch here contains the one that clamp_to_box computes in doubles for any box inside.
     static int enter(const Node& node, const PreparedRay& ray, double limit, float* distance) {
@@ -16,14 +16,13 @@ struct Scalar {
         for (int i = 0; i < kWidth; ++i) {
             float first = 0, last = std::numeric_limits<float>::infinity();
             for (int k = 0; k < 3; ++k) {
-                bool up = ray.near_row[k] < ray.far_row[k];
-                float a = (node.bounds[ray.near_row[k]][i] - (up ? ray.high[k] : ray.low[k])) * ray.near_inverse[k];
-                float b = (node.bounds[ray.far_row[k]][i] - (up ? ray.low[k] : ray.high[k])) * ray.far_inverse[k];
-                first = a > first ? a : first;
-                last = b < last ? b : last;
+                float near = (node.bounds[ray.near_row[k]][i] - ray.near_origin[k]) * ray.near_inverse[k];
+                float far = (node.bounds[ray.far_row[k]][i] - ray.far_origin[k]) * ray.far_inverse[k];
+                first = near > first ? near : first;
+                last = far < last ? far : last;
             }
             distance[i] = first;
-            mask |= (first <= last && static_cast<double>(first) <= limit) ? 1 << i : 0;
+            mask |= (first <= last && first <= float_above(limit)) ? 1 << i : 0;
         }
         return mask;
     }
@@ -45,10 +44,10 @@ struct Scalar {
             double u = x[2] * y[1] - y[2] * x[1];
             double v = x[0] * y[2] - y[0] * x[2];
             double w = x[1] * y[0] - y[1] * x[0];
-            bool outside = (u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0);
-            double area = (u + v) + w;
-            if (outside || !(area != 0))
+            bool below = u < 0 || v < 0 || w < 0, above = u > 0 || v > 0 || w > 0;
+            if (below == above) // outside; or no area
                 continue;
+            double area = (u + v) + w;
             candidates.area[i] = area;
             candidates.t[i] = (((u * z[0] + v * z[1]) + w * z[2]) * ray.shear_z) / area;
             mask |= 1 << i;

@@ -127,8 +127,8 @@ bool prepare(const Vec3d& origin, const Vec3d& direction, double scene_size, Pre
             z = k;
         ray.inverse[k] = std::abs(d) < 1 / kLargestInverse ? std::copysign(kLargestInverse, d) : 1 / d;
         double outward = 2 * ray.margin + std::abs(o) * 0x1p-22; // the second part outweighs rounding to float
-        ray.low[k] = static_cast<float>(o - outward);
-        ray.high[k] = static_cast<float>(o + outward);
+        ray.near_origin[k] = static_cast<float>(ray.inverse[k] < 0 ? o - outward : o + outward);
+        ray.far_origin[k] = static_cast<float>(ray.inverse[k] < 0 ? o + outward : o - outward);
         ray.near_inverse[k] = static_cast<float>(ray.inverse[k] * (1 - 0x1p-21));
         ray.far_inverse[k] = static_cast<float>(ray.inverse[k] * (1 + 0x1p-21));
         ray.near_row[k] = 2 * k + (ray.inverse[k] < 0);
@@ -359,7 +359,10 @@ void Tracer::collect_near_ray(const Vec3d& p, const Vec3d& direction, double end
 
 namespace rays {
 
-const Kernel& best_kernel() { return scalar_kernel(); }
+const Kernel& best_kernel() {
+    const Kernel* avx2 = avx2_kernel();
+    return avx2 ? *avx2 : scalar_kernel();
+}
 
 } // namespace rays
 
