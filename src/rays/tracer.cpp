@@ -3,7 +3,6 @@
 #include "rays/kernel.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace antumbra {
@@ -13,136 +12,13 @@ using rays::HitSink;
 using rays::Kernel;
 using rays::Node;
 using rays::PreparedRay;
+using rays::prepare;
 using rays::TreeView;
+using rays::TriangleTree;
 
 namespace {
 
-constexpr double kFarthestOrigin = 0x1p100;
-constexpr double kLargestInverse = 0x1p64;
-constexpr double kMargin = 0x1p-46;
-
-/// The triangles of one kind and the tree above them.
-struct TriangleTree {
-    std::vector<Node> nodes;
-    std::vector<Block> blocks;
-    TreeView view() const { return {nodes.empty() ? nullptr : nodes.data(), blocks.data()}; }
-    std::size_t bytes() const { return nodes.size() * sizeof(Node) + blocks.size() * sizeof(Block); }
-};
-
-bool before(const Vec3f& a, const Vec3f& b) {
-    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-}
-
-/// Puts a triangle into a lane, corners in order of position.
-void set_lane(Block& block, int lane, const Scene& scene, std::uint32_t triangle) {
-    const TriangleIndices& indices = scene.triangles()[triangle];
-    Vec3f corners[3];
-    for (std::size_t c = 0; c < 3; ++c)
-        corners[c] = scene.positions()[indices[c]];
-    bool flipped = false;
-    auto order = [&](int i, int j) {
-        if (before(corners[j], corners[i])) {
-            std::swap(corners[i], corners[j]);
-            flipped = !flipped;
-        }
-    };
-    order(0, 1);
-    order(1, 2);
-    order(0, 1);
-    for (int c = 0; c < 3; ++c)
-        for (int k = 0; k < 3; ++k)
-            block.corner[c][k][lane] = corners[c][k];
-    block.triangle[lane] = triangle;
-    const Object& object = scene.object_of(triangle);
-    auto bit = [&](bool set) { return static_cast<std::uint8_t>(set ? 1 << lane : 0); };
-    block.flipped |= bit(flipped);
-    block.double_sided |= bit(object.has(kDoubleSided));
-}
-
-void clear_lanes(Block& block, int from) {
-    for (int lane = from; lane < rays::kLanes; ++lane) {
-        for (int c = 0; c < 3; ++c)
-            for (int k = 0; k < 3; ++k)
-                block.corner[c][k][lane] = block.corner[0][k][0];
-        block.triangle[lane] = kNoTriangle;
-    }
-}
-
-/// Replaces the item ranges of leaves by ranges of blocks.
-TriangleTree make_tree(const Scene& scene, const std::vector<std::uint32_t>& triangles, const Job& job) {
-    std::vector<Box3f> boxes(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-        for (std::uint32_t v : scene.triangles()[triangles[i]])
-            boxes[i].extend(scene.positions()[v]);
-    BvhOptions options;
-    options.leaf_size = 2 * rays::kLanes;
-    options.block_size = rays::kLanes;
-    WideBvh<rays::kWidth> wide = widen<rays::kWidth>(build_bvh(boxes, options, job));
-    TriangleTree tree;
-    for (Node& node : wide.nodes)
-        for (int i = 0; i < rays::kWidth; ++i) {
-            std::uint32_t first = node.first[i], count = node.count[i];
-            if (count == 0)
-                continue;
-            node.first[i] = static_cast<std::uint32_t>(tree.blocks.size());
-            for (std::uint32_t item = 0; item < count; ++item) {
-                int lane = static_cast<int>(item % rays::kLanes);
-                if (lane == 0)
-                    tree.blocks.emplace_back();
-                set_lane(tree.blocks.back(), lane, scene, triangles[wide.order[first + item]]);
-            }
-            clear_lanes(tree.blocks.back(), static_cast<int>((count - 1) % rays::kLanes) + 1);
-            node.count[i] = static_cast<std::uint32_t>(tree.blocks.size()) - node.first[i];
-        }
-    tree.nodes = std::move(wide.nodes);
-    tree.blocks.shrink_to_fit();
-    return tree;
-}
-
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
-/// Prepares a ray; false if it cannot hit anything.
-///
-/// The margin. Let S = the largest |origin| plus the largest |coordinate|, u = 2^-53. A corner relative to the origin
-/// is off by u S at most, sheared by 7 u S, so the triangle that the edge test of `cover` sees lies within 7 sqrt(2) u S
-/// of the true one: whenever the edges accept it by more than the noise of collinear corners, the ray passes
-/// within that of a point of the triangle, thus within 10 u S of its box. The margin is 128 u S.
-///
-/// Components of the direction below 2^-64 move a point by less than 2^-64 * S on its way through the scene, far less than the
-/// margin; their inverse is cut off there, which keeps 0 * infinity out of the slabs and keeps an origin on a
-/// box plane inside the (grown) slab.
-bool prepare(const Vec3d& origin, const Vec3d& direction, double scene_size, PreparedRay& ray, int& exponent) {
-    double size = largest(direction), reach = largest(origin);
-    if (!(size > 0) || !std::isfinite(size) || !(reach <= kFarthestOrigin) || !is_finite(direction) || !is_finite(origin))
-        return false;
-    exponent = std::ilogb(size);
-    ray.margin = kMargin * (reach + scene_size);
-    int z = 0;
-    for (int k = 0; k < 3; ++k) {
-        double d = std::scalbn(direction[k], -exponent);
-        double o = origin[k];
-        ray.origin[k] = o;
-        ray.direction[k] = d;
-        if (std::abs(d) > std::abs(ray.direction[z]))
-            z = k;
-        ray.inverse[k] = std::abs(d) < 1 / kLargestInverse ? std::copysign(kLargestInverse, d) : 1 / d;
-        double outward = 2 * ray.margin + std::abs(o) * 0x1p-22; // the second part outweighs rounding to float
-        ray.near_origin[k] = static_cast<float>(ray.inverse[k] < 0 ? o - outward : o + outward);
-        ray.far_origin[k] = static_cast<float>(ray.inverse[k] < 0 ? o + outward : o - outward);
-        ray.near_inverse[k] = static_cast<float>(ray.inverse[k] * (1 - 0x1p-21));
-        ray.far_inverse[k] = static_cast<float>(ray.inverse[k] * (1 + 0x1p-21));
-        ray.near_row[k] = 2 * k + (ray.inverse[k] < 0);
-        ray.far_row[k] = 2 * k + !(ray.inverse[k] < 0);
-    }
-    ray.axis_z = z;
-    ray.axis_x = (z + 1) % 3;
-    ray.axis_y = (z + 2) % 3;
-    ray.shear_z = 1 / ray.direction[z];
-    ray.shear_x = ray.direction[ray.axis_x] / ray.direction[z];
-    ray.shear_y = ray.direction[ray.axis_y] / ray.direction[z];
-    ray.against = ray.direction[z] < 0;
-    return true;
-}
 
 } // namespace
 
@@ -152,8 +28,8 @@ struct Tracer::Tree {
     TriangleTree occluding, open;
     const Kernel* kernel = nullptr;
 
-    bool prepared(const Ray& ray, PreparedRay& prepared, int& exponent) const {
-        return prepare(ray.origin, ray.direction, size, prepared, exponent);
+    bool prepared(const Ray& ray, PreparedRay& prepared) const {
+        return prepare(ray.origin, ray.direction, size, prepared);
     }
 };
 
@@ -173,8 +49,8 @@ Tracer Tracer::build(const Scene& scene, const Job& job) {
     std::vector<std::uint32_t> occluding, open;
     for (std::uint32_t t = 0; t < scene.triangles().size(); ++t)
         (scene.object_of(t).has(kOccludes) ? occluding : open).push_back(t);
-    tree.occluding = make_tree(scene, occluding, job);
-    tree.open = make_tree(scene, open, job);
+    tree.occluding = rays::build_triangle_tree(scene, occluding, {}, job);
+    tree.open = rays::build_triangle_tree(scene, open, {}, job);
     return tracer;
 }
 
@@ -184,12 +60,11 @@ std::size_t Tracer::memory_bytes() const { return tree_->occluding.bytes() + tre
 
 Hit Tracer::first_hit(const Ray& ray) const {
     PreparedRay prepared;
-    int exponent;
     Hit hit;
-    if (!tree_->prepared(ray, prepared, exponent))
+    if (!tree_->prepared(ray, prepared))
         return hit;
     tree_->kernel->nearest(tree_->occluding.view(), prepared, hit);
-    hit.t = std::scalbn(hit.t, -exponent);
+    hit.t = hit.t * prepared.unit;
     return hit;
 }
 
@@ -241,9 +116,8 @@ Hit Tracer::seen(const Ray& ray, std::vector<std::uint32_t>& triangles) const {
     thread_local std::vector<Found> found;
     found.clear();
     PreparedRay prepared;
-    int exponent;
     Hit hit;
-    if (!tree_->prepared(ray, prepared, exponent))
+    if (!tree_->prepared(ray, prepared))
         return hit;
     Collector collector{tree_->scene, &found};
     tree_->kernel->nearest_ties(tree_->occluding.view(), prepared, hit, {Collector::nearest, &collector});
@@ -254,15 +128,14 @@ Hit Tracer::seen(const Ray& ray, std::vector<std::uint32_t>& triangles) const {
     for (std::size_t i = 0; i < found.size(); ++i)
         if (i == 0 || found[i].object != found[i - 1].object)
             triangles.push_back(found[i].triangle);
-    hit.t = std::scalbn(hit.t, -exponent);
+    hit.t = hit.t * prepared.unit;
     return hit;
 }
 
 Hit Tracer::nearest_surface(const Ray& ray, bool& back) const {
     back = false;
     PreparedRay prepared;
-    int exponent;
-    if (!tree_->prepared(ray, prepared, exponent))
+    if (!tree_->prepared(ray, prepared))
         return {};
     Surface surface;
     Hit hit;
@@ -272,7 +145,7 @@ Hit Tracer::nearest_surface(const Ray& ray, bool& back) const {
     if (!surface.best)
         return {};
     back = !surface.front && !surface.double_sided && tree_->scene->object_of(surface.best.triangle).has(kOccludes);
-    surface.best.t = std::scalbn(surface.best.t, -exponent);
+    surface.best.t = surface.best.t * prepared.unit;
     return surface.best;
 }
 
@@ -336,14 +209,13 @@ void collect(const TreeView& tree, const PreparedRay& ray, double limit, std::ve
 void Tracer::collect_near_segment(const Vec3d& p, const Vec3d& q, std::vector<std::uint32_t>& found) const {
     found.clear();
     PreparedRay prepared;
-    int exponent = 0;
     Vec3d direction = q - p;
     if (largest(direction) == 0)
         direction = {1, 0, 0}; // a point: a ray cut off at once, and boxes grow by the margin
     double end = largest(q - p) == 0 ? 0 : 1;
-    if (!prepare(p, direction, tree_->size, prepared, exponent))
+    if (!prepare(p, direction, tree_->size, prepared))
         return;
-    double limit = std::scalbn(end, exponent) * (1 + 0x1p-40) + prepared.margin;
+    double limit = end / prepared.unit * (1 + 0x1p-40) + prepared.margin;
     collect(tree_->occluding.view(), prepared, limit, found);
     collect(tree_->open.view(), prepared, limit, found);
 }
@@ -352,16 +224,16 @@ void Tracer::collect_near_ray(const Vec3d& p, const Vec3d& direction, double end
                               std::vector<std::uint32_t>& found) const {
     found.clear();
     PreparedRay prepared;
-    int exponent = 0;
-    if (prepare(p, direction, tree_->size, prepared, exponent))
-        collect(tree_->occluding.view(), prepared, std::scalbn(end, exponent) * (1 + 0x1p-40) + prepared.margin, found);
+    if (prepare(p, direction, tree_->size, prepared))
+        collect(tree_->occluding.view(), prepared, end / prepared.unit * (1 + 0x1p-40) + prepared.margin, found);
 }
 
 namespace rays {
 
 const Kernel& best_kernel() {
+    const Kernel* avx512 = avx512_kernel();
     const Kernel* avx2 = avx2_kernel();
-    return avx2 ? *avx2 : scalar_kernel();
+    return avx512 ? *avx512 : avx2 ? *avx2 : scalar_kernel();
 }
 
 } // namespace rays

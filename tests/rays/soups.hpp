@@ -39,6 +39,18 @@ inline Vec3d grid_point(Random& random, std::uint32_t size) {
     return {double(random.below(size + 1)), double(random.below(size + 1)), double(random.below(size + 1))};
 }
 
+inline Vec3d random_point(Random& random, double size) {
+    return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+}
+
+inline Vec3d random_direction(Random& random) {
+    for (;;) {
+        Vec3d d = random_point(random, 1);
+        if (dot(d, d) > 0.01 && dot(d, d) < 1)
+            return d;
+    }
+}
+
 inline std::uint32_t random_flags(Random& random, bool mixed) {
     if (!mixed)
         return kOccludes | kDoubleSided;
@@ -59,13 +71,12 @@ inline Scene grid_soup(Random& random, std::uint32_t size, std::uint32_t count, 
 inline Scene small_soup(Random& random, double size, std::uint32_t count, double triangle_size, Vec3d origin = {},
                         bool mixed = false) {
     Soup soup;
-    auto point = [&](double extent) {
-        return Vec3d{random.uniform(-extent, extent), random.uniform(-extent, extent), random.uniform(-extent, extent)};
-    };
     while (soup.size() < count) {
-        Vec3d centre = origin + point(size);
-        soup.add(centre + point(triangle_size), centre + point(triangle_size), centre + point(triangle_size),
-                 random_flags(random, mixed));
+        Vec3d centre = origin + random_point(random, size);
+        Vec3d corner[3];
+        for (Vec3d& p : corner)
+            p = centre + random_point(random, triangle_size);
+        soup.add(corner[0], corner[1], corner[2], random_flags(random, mixed));
     }
     return soup.scene();
 }

@@ -1,0 +1,159 @@
+// The kernels against their scalar twin, and the answer's independence of the tree.
+#include "rays/kernel.hpp"
+
+#include "soups.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+using namespace antumbra;
+using namespace antumbra::rays;
+
+namespace {
+
+std::vector<const Kernel*> all_kernels() {
+    std::vector<const Kernel*> kernels{&scalar_kernel()};
+    for (const Kernel* kernel : {avx2_kernel(), avx512_kernel()})
+        if (kernel)
+            kernels.push_back(kernel);
+    return kernels;
+}
+
+std::vector<std::uint32_t> all_triangles(const Scene& scene) {
+    std::vector<std::uint32_t> triangles(scene.triangles().size());
+    std::iota(triangles.begin(), triangles.end(), 0u);
+    return triangles;
+}
+
+/// Rays that like trouble: from and towards lattice points, along axes, and some at random.
+Ray awkward_ray(Random& random, const Scene& scene, std::uint32_t size) {
+    Ray ray{scene.to_local(soups::grid_point(random, size)), soups::random_direction(random)};
+    switch (random.below(5)) {
+    case 0: ray.direction = scene.to_local(soups::grid_point(random, size)) - ray.origin; break;
+    case 1: ray.direction = {0, 0, 0}, ray.direction[int(random.below(3))] = random.below(2) ? 1 : -1; break;
+    case 2: ray.direction[int(random.below(3))] = 0; break;
+    case 3: ray.origin = soups::random_point(random, size); break;
+    default: ray.direction = ray.direction * std::ldexp(1.0, int(random.below(100)) - 50);
+    }
+    return ray;
+}
+
+struct Event {
+    double t;
+    std::uint32_t triangle;
+    bool front, double_sided;
+    bool operator==(const Event&) const = default;
+    bool operator<(const Event& b) const { return t != b.t ? t < b.t : triangle < b.triangle; }
+};
+struct Record {
+    std::vector<Event> events;
+    HitSink sink() {
+        return {[](void* self, double t, std::uint32_t triangle, bool front, bool double_sided) {
+                    static_cast<Record*>(self)->events.push_back({t, triangle, front, double_sided});
+                },
+                this};
+    }
+};
+
+/// Everything that a kernel can say about a ray.
+struct Answer {
+    Hit nearest, ties, surface;
+    std::vector<Event> all;
+    bool operator==(const Answer& b) const {
+        auto same = [](const Hit& x, const Hit& y) { return x.t == y.t && x.triangle == y.triangle; };
+        return same(nearest, b.nearest) && same(ties, b.ties) && same(surface, b.surface) && all == b.all;
+    }
+};
+Answer ask(const Kernel& kernel, const TreeView& tree, const PreparedRay& ray) {
+    Answer answer;
+    Record ignored, record;
+    kernel.nearest(tree, ray, answer.nearest);
+    kernel.nearest_ties(tree, ray, answer.ties, ignored.sink());
+    kernel.surface(tree, ray, answer.surface, ignored.sink());
+    kernel.all(tree, ray, std::numeric_limits<double>::infinity(), record.sink());
+    answer.all = record.events;
+    std::sort(answer.all.begin(), answer.all.end());
+    return answer;
+}
+
+double size_of(const Scene& scene) {
+    double size = 0;
+    for (int k = 0; k < 3; ++k)
+        size = std::max({size, std::abs(double(scene.local_bounds().min[k])), std::abs(double(scene.local_bounds().max[k]))});
+    return size;
+}
+
+/// All blocks in leaves whose boxes are everything: no pruning at all.
+TriangleTree without_pruning(const TriangleTree& tree) {
+    TriangleTree flat;
+    flat.blocks = tree.blocks;
+    std::size_t leaves = flat.blocks.size();
+    // A chain of nodes, each with up to seven leaves and the next node.
+    for (std::size_t at = 0; at < leaves; at += kWidth - 1) {
+        Node node;
+        for (int i = 0; i < kWidth; ++i) {
+            bool next = i == kWidth - 1, used = next ? at + kWidth - 1 < leaves : at + std::size_t(i) < leaves;
+            for (int k = 0; k < 6; ++k)
+                node.bounds[k][i] = (k % 2 == 0) == used ? -1e30f : 1e30f;
+            node.first[i] = std::uint32_t(next ? flat.nodes.size() + 1 : at + std::size_t(i));
+            node.count[i] = used && !next ? 1 : 0;
+        }
+        flat.nodes.push_back(node);
+    }
+    return flat;
+}
+
+TEST(Kernel, instruction_sets_give_the_same_bits) {
+    std::size_t hits = 0;
+    for (int s = 0; s < 40; ++s) {
+        Random random(31, std::uint64_t(s));
+        std::uint32_t size = s % 2 ? 6 : 1000;
+        Scene scene = soups::grid_soup(random, size, 50 + std::uint32_t(s) * 20, true);
+        TriangleTree tree = build_triangle_tree(scene, all_triangles(scene));
+        for (int i = 0; i < 500; ++i) {
+            Ray ray = awkward_ray(random, scene, size);
+            PreparedRay prepared;
+            if (!prepare(ray.origin, ray.direction, size_of(scene), prepared))
+                continue;
+            Answer expected = ask(scalar_kernel(), tree.view(), prepared);
+            hits += bool(expected.nearest);
+            for (const Kernel* kernel : all_kernels())
+                ASSERT_TRUE(ask(*kernel, tree.view(), prepared) == expected) << kernel->name << " scene " << s << " ray " << i;
+        }
+    }
+    EXPECT_GT(hits, 5000u);
+}
+
+// The proof in code of what clamp_to_box() promises.
+TEST(Kernel, the_tree_never_changes_an_answer) {
+    const Kernel& kernel = *all_kernels().back();
+    std::size_t hits = 0;
+    for (int s = 0; s < 40; ++s) {
+        Random random(37, std::uint64_t(s));
+        std::uint32_t size = s % 2 ? 6 : 1000;
+        Scene scene = soups::grid_soup(random, size, 40 + std::uint32_t(s) * 4, true);
+        std::vector<TriangleTree> trees;
+        for (std::uint32_t leaf : {1u, 4u, 8u, 64u}) {
+            BvhOptions options;
+            options.leaf_size = leaf;
+            trees.push_back(build_triangle_tree(scene, all_triangles(scene), options));
+        }
+        TriangleTree flat = without_pruning(trees[0]);
+        for (int i = 0; i < 500; ++i) {
+            Ray ray = awkward_ray(random, scene, size);
+            PreparedRay prepared;
+            if (!prepare(ray.origin, ray.direction, size_of(scene), prepared))
+                continue;
+            Answer expected = ask(kernel, flat.view(), prepared);
+            hits += bool(expected.nearest);
+            for (const TriangleTree& tree : trees)
+                ASSERT_TRUE(ask(kernel, tree.view(), prepared) == expected) << "scene " << s << " ray " << i;
+        }
+    }
+    EXPECT_GT(hits, 5000u);
+}
+
+TEST(Kernel, the_best_one_is_offered) { EXPECT_EQ(&best_kernel(), all_kernels().back()); }
+
+} // namespace
