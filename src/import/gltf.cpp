@@ -10,7 +10,7 @@ namespace antumbra {
 namespace gltf {
 namespace {
 
-constexpr std::uint32_t kTriangles = 4, kStrip = 5, kFan = 6;
+constexpr std::uint32_t kTriangles = 4, kStrip = 5; // and 6: a fan
 constexpr std::size_t kLongestName = 4096;
 constexpr std::size_t kAllocation = 32; ///< what the allocator adds to a name, "#123" included
 
