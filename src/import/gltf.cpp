@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <new>
 
 namespace antumbra {
 namespace gltf {
@@ -403,12 +404,14 @@ Result<RawScene> import(std::span<const std::byte> bytes, const std::string& fol
 } // namespace gltf
 
 Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                             const ImportOptions& options) {
+                             const ImportOptions& options) try {
     Result<RawScene> raw = gltf::import(bytes, folder, options);
     if (!raw)
         return raw.status().in(name);
     raw->source = name;
     return raw;
+} catch (const std::bad_alloc&) {
+    return Status(ErrorCode::limit, name + ": not enough memory");
 }
 
 } // namespace antumbra

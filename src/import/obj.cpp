@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <new>
 #include <unordered_map>
 
 namespace antumbra {
@@ -242,7 +243,7 @@ class ObjReader {
 } // namespace
 
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                            const ImportOptions& options) {
+                            const ImportOptions& options) try {
     if (bytes.empty())
         return Status(ErrorCode::corrupt, name + ": the file is empty");
     if (bytes.size() > options.limits.bytes)
@@ -253,6 +254,8 @@ Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string&
         return raw.status().in(name);
     raw->source = name;
     return raw;
+} catch (const std::bad_alloc&) {
+    return Status(ErrorCode::limit, name + ": not enough memory");
 }
 
 } // namespace antumbra
