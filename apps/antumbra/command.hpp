@@ -65,5 +65,6 @@ void add_inspect(CLI::App& app);
 void add_verify(CLI::App& app);
 void add_walk(CLI::App& app);
 void add_cull(CLI::App& app);
+void add_occluders(CLI::App& app);
 
 } // namespace antumbra::app

@@ -1,6 +1,7 @@
 #include "command.hpp"
 
 #include <antumbra/cull.hpp>
+#include <antumbra/occluder_finding.hpp>
 
 #include "base/file.hpp"
 
@@ -32,7 +33,7 @@ Status place_view(const CullArguments& arguments, const Scene& scene, View& view
     return {};
 }
 
-CullScene cull_scene_of(const Scene& scene) {
+CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags;
     for (const Object& object : scene.objects()) {
@@ -43,6 +44,7 @@ CullScene cull_scene_of(const Scene& scene) {
     input.bounds = bounds;
     input.flags = flags;
     input.origin = scene.origin();
+    input.occluders = &occluders;
     return CullScene::create(input);
 }
 
@@ -52,6 +54,10 @@ void print_result(const CullArguments& arguments, const Scene& scene, const Cull
         {"boxes_tested", result.counters.boxes_tested},
         {"outside_frustum", result.counters.outside_frustum},
         {"hidden_by_pvs", result.counters.hidden_by_pvs},
+        {"hidden_by_raster", result.counters.hidden_by_raster},
+        {"patches_drawn", result.counters.patches_drawn},
+        {"polygons_drawn", result.counters.polygons_drawn},
+        {"budget_spent", result.counters.budget_spent},
     };
     if (arguments.common.json) {
         Json document;
@@ -101,7 +107,7 @@ int run_cull(const CullArguments& arguments) {
         pvs.emplace(std::move(*parsed));
         options.pvs = &*pvs;
     }
-    CullScene cull_scene = cull_scene_of(*scene);
+    CullScene cull_scene = cull_scene_of(*scene, find_occluders(*scene));
     Result<std::unique_ptr<Culler>> culler = make_culler(arguments.method, cull_scene, options);
     if (!culler)
         return fail(culler.status());

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <antumbra/math.hpp>
+#include <antumbra/occluders.hpp>
 #include <antumbra/pvs.hpp>
 #include <antumbra/status.hpp>
 
@@ -52,6 +53,7 @@ struct CullSceneInput {
     std::span<const Box3f> bounds;           ///< local, one per object
     std::span<const std::uint32_t> flags;    ///< ObjectFlag of scene.hpp; empty: no flags
     Vec3d origin;                            ///< world position of local zero (only `pvs` asks)
+    const OccluderSet* occluders = nullptr;  ///< local; without them occlusion methods only cull by the frustum
 };
 
 /// Immutable boxes and the trees above them. Cheap to copy (shared), safe from any number of threads.
@@ -77,6 +79,10 @@ struct CullCounters {
     std::uint64_t boxes_tested = 0;       ///< boxes (of nodes and objects) put to the frustum
     std::uint64_t outside_frustum = 0;    ///< boxes rejected by the frustum
     std::uint64_t hidden_by_pvs = 0;      ///< objects that the baked cell does not see
+    std::uint64_t hidden_by_raster = 0;   ///< boxes (of nodes and objects) behind the rasterised depth
+    std::uint64_t patches_drawn = 0;      ///< occluder patches that were rasterised
+    std::uint64_t polygons_drawn = 0;     ///< and their polygons
+    bool budget_spent = false;            ///< occluders were left out because the budget was used up
 };
 
 struct CullResult {
@@ -130,6 +136,10 @@ class Culler {
 
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
+    /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
+    int raster_width = 512;
+    /// `hzb`, `masked`: polygons drawn per frame at most.
+    std::uint32_t polygon_budget = 4096;
     const Pvs* pvs = nullptr; ///< `pvs` needs one of the same objects in the same order; it must outlive the culler
 };
 

@@ -156,13 +156,13 @@ std::vector<BinaryNode> build_binary_tree(std::span<const Box3f> bounds, std::ve
     return Builder(bounds, order).run();
 }
 
-std::vector<WideNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order) {
-    std::vector<WideNode> wide;
+std::vector<CullNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order) {
+    std::vector<CullNode> wide;
     if (binary.empty())
         return wide;
     std::vector<std::uint32_t> sources{0}; // sources[w]: the binary node that wide node w stands for
     for (std::size_t w = 0; w < sources.size(); ++w) {
-        WideNode node;
+        CullNode node;
         std::array<std::uint32_t, kWidth> children = open_largest(binary, sources[w], node.used);
         for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
             const BinaryNode& child = binary[children[slot < node.used ? slot : 0]];

@@ -33,6 +33,10 @@ CullScene CullScene::create(const CullSceneInput& input) {
     }
     data->binary = build_binary_tree(data->bounds, data->order);
     data->wide = collapse(data->binary, data->order);
+    // A set that contradicts itself hides nothing.
+    if (input.occluders && check_occluders(*input.occluders).ok())
+        data->occluders = *input.occluders;
+    data->patches = lay_out_patches(*data);
     data->stack_bound = kTreeDepth * kWidth;
     CullScene scene;
     scene.data_ = std::move(data);

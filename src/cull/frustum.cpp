@@ -41,7 +41,7 @@ class Frustum final : public Culler {
         while (!stack.empty()) {
             Entry entry = stack.back();
             stack.pop_back();
-            const WideNode& node = scene.wide[entry.node];
+            const CullNode& node = scene.wide[entry.node];
             kernel_({node.min, node.max}, planes, entry.planes, verdicts);
             std::uint32_t inside = node.mask() & ~verdicts.outside;
             ++result.counters.nodes_visited;

@@ -1,6 +1,6 @@
-// View-frustum culling as most programs do it: one box at a time, depth first over a binary tree, planes that a
-// node lies wholly inside of are not tested below it. It is the common denominator of every ratio that the project
-// publishes: do not make it faster.
+// View-frustum culling at its plainest: one box at a time, depth first over a binary tree, every box against every
+// plane until one rejects it. It is the common denominator of every ratio that the project publishes: do not make it
+// faster.
 #include "cull/methods.hpp"
 #include "cull/result_bits.hpp"
 #include "cull/view_planes.hpp"
@@ -8,12 +8,8 @@
 namespace antumbra {
 namespace {
 
-struct Entry {
-    std::uint32_t node, planes;
-};
-
 struct State final : ViewState::Storage {
-    std::vector<Entry> stack;
+    std::vector<std::uint32_t> stack;
 };
 
 class FrustumScalar final : public Culler {
@@ -33,46 +29,35 @@ class FrustumScalar final : public Culler {
     }
 
   private:
-    /// Bits of the planes that the box may cross; kOutside if it is certainly beyond one.
-    static constexpr std::uint32_t kOutside = ~std::uint32_t(0);
-    static std::uint32_t test(const Box3f& box, const FrustumPlanes& planes, std::uint32_t active) {
-        std::uint32_t crossing = 0;
+    static bool is_outside(const Box3f& box, const FrustumPlanes& planes) {
         for (int i = 0; i < planes.count; ++i) {
-            if (!(active >> i & 1))
-                continue;
             const float* n = planes.normal[i];
-            float far_sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                            n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-            if (far_sum + planes.offset[i] < 0)
-                return kOutside;
-            float near_sum = n[0] * (n[0] >= 0 ? box.min.x : box.max.x) + n[1] * (n[1] >= 0 ? box.min.y : box.max.y) +
-                             n[2] * (n[2] >= 0 ? box.min.z : box.max.z);
-            if (near_sum + planes.inside[i] < 0)
-                crossing |= 1u << i;
+            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
+                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
+            if (sum + planes.offset[i] < 0)
+                return true;
         }
-        return crossing;
+        return false;
     }
 
-    void walk(const FrustumPlanes& planes, std::vector<Entry>& stack, CullResult& result) const {
+    void walk(const FrustumPlanes& planes, std::vector<std::uint32_t>& stack, CullResult& result) const {
         const CullScene::Data& scene = scene_.data();
         stack.clear();
         stack.reserve(scene.stack_bound);
-        stack.push_back({0, planes.mask()});
+        stack.push_back(0);
         while (!stack.empty()) {
-            Entry entry = stack.back();
+            std::uint32_t index = stack.back();
             stack.pop_back();
-            const BinaryNode& node = scene.binary[entry.node];
+            const BinaryNode& node = scene.binary[index];
             ++result.counters.boxes_tested;
-            std::uint32_t crossing = test(node.box, planes, entry.planes);
-            if (crossing == kOutside) {
+            if (is_outside(node.box, planes)) {
                 ++result.counters.outside_frustum;
-            } else if (crossing == 0 || node.right == 0) {
-                for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                    mark_visible(result, scene.order[i]);
+            } else if (node.right == 0) {
+                mark_visible(result, scene.order[node.first]);
             } else {
                 ++result.counters.nodes_visited;
-                stack.push_back({node.right, crossing});
-                stack.push_back({entry.node + 1, crossing});
+                stack.push_back(node.right);
+                stack.push_back(index + 1);
             }
         }
     }

@@ -72,24 +72,9 @@ class PvsCuller final : public Culler {
     }
 
   private:
-    /// Around the near rectangle (world), grown by the rounding of the camera.
-    Box3d near_box(const Camera& camera) const {
-        double reach = camera.orthographic ? 1 : camera.near_plane;
-        Vec3d middle = camera.eye + camera.forward * camera.near_plane + scene_.data().origin;
-        Box3d box;
-        for (double x : {-1.0, 1.0})
-            for (double y : {-1.0, 1.0})
-                box.extend(middle + camera.right * (x * reach * camera.half_width) +
-                           camera.up * (y * reach * camera.half_height));
-        double size = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            size = std::max({size, std::abs(box.min[axis]), std::abs(box.max[axis]), std::abs(camera.eye[axis])});
-        double pad = camera.turn * 4 * size;
-        return {box.min - Vec3d{pad, pad, pad}, box.max + Vec3d{pad, pad, pad}};
-    }
-
     CellRange cells_of(const Camera& camera) const {
-        Box3d box = near_box(camera);
+        Box3d local = near_box(camera);
+        Box3d box{local.min + scene_.data().origin, local.max + scene_.data().origin};
         std::int64_t low = pvs_.grid().find(box.min), high = pvs_.grid().find(box.max);
         if (low < 0 || high < 0)
             return {};

@@ -4,6 +4,8 @@
 
 #include <antumbra/cull.hpp>
 
+#include "raster/patch.hpp"
+
 #include <array>
 #include <vector>
 
@@ -25,7 +27,7 @@ inline constexpr int kWidth = 8;
 
 /// Eight children, structure of arrays. A child is an inner node (index) or one object (index | kObjectChild).
 /// Slots from `used` on repeat slot 0, so that arithmetic on them is harmless.
-struct alignas(64) WideNode {
+struct alignas(64) CullNode {
     float min[3][kWidth];
     float max[3][kWidth];
     std::uint32_t child[kWidth];
@@ -39,6 +41,16 @@ struct alignas(64) WideNode {
     }
 };
 
+/// Occluder patches laid out for drawing; patch p of the store is OccluderSet::patches[p].
+struct ScenePatches {
+    PatchStore store;
+    std::vector<Box3f> boxes;
+    std::vector<std::uint32_t> solid; ///< kNoPolygon, or the solid that the patch belongs to
+    /// Wide tree over objects and patches together: item i is an object if i < object_count, else the patch
+    /// i - object_count.
+    std::vector<CullNode> tree;
+};
+
 struct CullScene::Data {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags;
@@ -46,7 +58,9 @@ struct CullScene::Data {
     std::vector<std::uint64_t> always_visible; ///< bit set; these objects are in no tree
     std::vector<std::uint32_t> order;          ///< the other objects, in the order of the trees
     std::vector<BinaryNode> binary;            ///< empty if `order` is
-    std::vector<WideNode> wide;                ///< node 0 is the root
+    std::vector<CullNode> wide;                ///< node 0 is the root
+    OccluderSet occluders;
+    ScenePatches patches;
     Box3f tree_box;                            ///< around all objects of the trees
     std::uint32_t stack_bound = 0;             ///< entries that a depth-first walk of either tree can need
 
@@ -59,6 +73,8 @@ inline constexpr int kTreeDepth = 96;
 std::vector<BinaryNode> build_binary_tree(std::span<const Box3f> bounds, std::vector<std::uint32_t>& order);
 
 /// Opens the largest children of the binary tree until every node has up to eight.
-std::vector<WideNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order);
+std::vector<CullNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order);
+
+ScenePatches lay_out_patches(const CullScene::Data& scene);
 
 } // namespace antumbra

@@ -55,6 +55,21 @@ Camera camera_of(const View& view) {
     return camera;
 }
 
+Box3d near_box(const Camera& camera) {
+    double reach = camera.orthographic ? 1 : camera.near_plane;
+    Vec3d middle = camera.eye + camera.forward * camera.near_plane;
+    Box3d box;
+    for (double x : {-1.0, 1.0})
+        for (double y : {-1.0, 1.0})
+            box.extend(middle + camera.right * (x * reach * camera.half_width) +
+                       camera.up * (y * reach * camera.half_height));
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        size = std::max({size, std::abs(box.min[axis]), std::abs(box.max[axis]), std::abs(camera.eye[axis])});
+    double pad = camera.turn * 4 * size;
+    return {box.min - Vec3d{pad, pad, pad}, box.max + Vec3d{pad, pad, pad}};
+}
+
 FrustumPlanes frustum_planes(const Camera& camera, const Box3f& domain) {
     // Per plane: normal and offset are each rounded once, three products and three sums follow. Seven roundings of
     // at most 2^-24 times the sum of the magnitudes; eight cover the second-order terms.

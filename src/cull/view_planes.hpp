@@ -10,6 +10,9 @@ namespace antumbra {
 /// `view` must have no problem.
 Camera camera_of(const View& view);
 
+/// Around the near rectangle, where every line of sight of the picture starts; grown by the rounding of the camera.
+Box3d near_box(const Camera& camera);
+
 /// Half-spaces in float, padded so that no rounding of the float test
 ///     ((nx*px + ny*py) + nz*pz) + offset < 0
 /// can reject a point of the box `domain` that lies in the real view volume.

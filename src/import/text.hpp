@@ -8,8 +8,7 @@
 
 namespace antumbra {
 
-/// Hands out logical lines: a backslash before a line's end joins it with the next, save in comments (`#`), which
-/// may end in the path of a Windows folder. Linear in the text's length.
+/// Hands out logical lines: a backslash before a line's end joins it with the next. Linear in the text's length.
 class Lines {
   public:
     explicit Lines(std::span<const std::byte> text)
@@ -27,11 +26,9 @@ class Lines {
             ++number_;
             if (!piece.empty() && piece.back() == '\r')
                 piece.remove_suffix(1);
-            bool comment = !joining && piece.substr(0, piece.find_first_not_of(" \t") + 1).ends_with('#');
-            bool goes_on = !piece.empty() && piece.back() == '\\' && !comment;
+            bool goes_on = !piece.empty() && piece.back() == '\\' && !rest_.empty();
             if (goes_on)
                 piece.remove_suffix(1);
-            goes_on = goes_on && !rest_.empty();
             if (!joining && !goes_on) {
                 line = piece;
                 return true;

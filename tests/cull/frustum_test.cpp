@@ -253,7 +253,7 @@ TEST(CullScene, trees_hold_every_object_once_and_nest) {
         const CullScene scene = scene_of(boxes);
         const CullScene::Data& data = scene.data();
         std::set<std::uint32_t> seen;
-        for (const WideNode& node : data.wide)
+        for (const CullNode& node : data.wide)
             for (std::uint32_t slot = 0; slot < node.used; ++slot) {
                 for (std::uint32_t i = node.first[slot]; i < node.first[slot] + node.count[slot]; ++i) {
                     const Box3f& box = data.bounds[data.order[i]];

@@ -22,15 +22,14 @@ MAY_INCLUDE = {
     "generate": ["scene"],
     "rays": ["scene", "tree"],
     "occluder_finding": ["rays", "raster", "occluders"],
-    "certify": ["pvs"],
-    "bake": ["rays", "occluder_finding", "pvs", "certify"],
+    "bake": ["rays", "occluder_finding", "pvs"],
     "evaluate": ["bake", "cull", "import", "export", "generate"],
     "capi": ["pvs"],
 }
 # Public headers and the module that each belongs to.
 PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
-    "generate": "generate", "camera": "import", "pvs": "pvs", "cull": "cull", "bake": "bake", "evaluate": "evaluate", "antumbra": "capi",
+    "generate": "generate", "camera": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "evaluate": "evaluate", "antumbra": "capi",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
 RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "pvs", "cull", "capi"}

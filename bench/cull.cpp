@@ -1,0 +1,241 @@
+// bench_cull [SCENE.glb ..]: run-time culling side by side on the same frames of a walk. One thread. Every time
+// stands beside its quality: what was culled, what is really seen (rays), and what was lost (must be 0).
+//
+//   bench_cull city.glb --frames 120 --occluders 64 --width 512 --truth 200
+#include <antumbra/cull.hpp>
+#include <antumbra/import.hpp>
+#include <antumbra/occluder_finding.hpp>
+
+#include "base/random.hpp"
+#include "rays/arbiter.hpp"
+#include "rays/tracer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+using namespace antumbra;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+struct Options {
+    std::vector<std::string> scenes;
+    std::vector<std::string> methods;
+    int frames = 120, passes = 5, truth = 160;
+    double height = 0;
+    CullerOptions culler;
+};
+
+/// Walks of one second at 60 frames, from places in the open that see something, forward where there is room.
+std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int frames) {
+    Box3d bounds = to_double(scene.local_bounds());
+    Vec3d size = bounds.size();
+    double unit = std::max({size.x, size.y, size.z}) / 500; // a step: two thousandths of the scene
+    Random random(7);
+    std::vector<View> views;
+    for (int attempt = 0; attempt < 100000 && int(views.size()) < frames; ++attempt) {
+        Vec3d eye{random.uniform(bounds.min.x, bounds.max.x), 0, random.uniform(bounds.min.z, bounds.max.z)};
+        eye.y = random.uniform(bounds.min.y, bounds.max.y);
+        Hit floor = tracer.first_hit({eye, {0, -1, 0}});
+        if (!floor)
+            continue;
+        eye.y -= floor.t - std::min(floor.t, 0.8 * unit);
+        double angle = random.uniform(0, 6.28318530717958648);
+        Vec3d ahead{std::cos(angle), 0, std::sin(angle)};
+        bool back = false;
+        Hit hit = tracer.nearest_surface({eye, ahead}, back);
+        if (back || !hit || hit.t < 5 * unit)
+            continue;
+        bool enclosed = false;
+        for (int k = 0; k < 8 && !enclosed; ++k) {
+            tracer.nearest_surface({eye, {std::cos(k * 0.785), 0.05, std::sin(k * 0.785)}}, back);
+            enclosed = back;
+        }
+        if (enclosed)
+            continue;
+        for (int i = 0; i < 12 && int(views.size()) < frames; ++i) {
+            View view;
+            view.eye = eye + ahead * (unit * 0.05 * i);
+            view.target = view.eye + ahead;
+            view.near_plane = 0.02 * unit;
+            views.push_back(view);
+        }
+    }
+    return views;
+}
+
+struct Truth {
+    std::vector<std::vector<std::uint64_t>> seen;
+    double mean = 0;
+};
+
+Ray pixel_ray(const View& view, double x, double y) {
+    Vec3d forward = normalized(view.target - view.eye), right = normalized(cross(forward, view.up));
+    Vec3d up = cross(right, forward);
+    double half = std::tan(view.fov_y_deg * 0.0087266462599716477);
+    Vec3d direction = forward + right * (x * half * view.aspect) + up * (y * half);
+    return {view.eye + direction * view.near_plane, direction};
+}
+
+Truth find_truth(const Scene& scene, const Tracer& tracer, const std::vector<View>& views, int across) {
+    Truth truth;
+    std::vector<std::uint32_t> triangles;
+    std::uint64_t total = 0;
+    Random random(3);
+    for (const View& view : views) {
+        std::vector<std::uint64_t> bits((scene.objects().size() + 63) / 64);
+        int down = std::max(1, int(across / view.aspect));
+        for (int j = 0; j < down; ++j)
+            for (int i = 0; i < across; ++i) {
+                triangles.clear();
+                tracer.seen(pixel_ray(view, (i + random.uniform()) * 2 / across - 1, (j + random.uniform()) * 2 / down - 1),
+                            triangles);
+                for (std::uint32_t t : triangles)
+                    bits[scene.triangle_objects()[t] / 64] |= std::uint64_t(1) << (scene.triangle_objects()[t] % 64);
+            }
+        for (std::uint64_t word : bits)
+            total += std::uint64_t(__builtin_popcountll(word));
+        truth.seen.push_back(std::move(bits));
+    }
+    truth.mean = double(total) / double(views.size());
+    return truth;
+}
+
+struct Row {
+    std::string name;
+    double median = 0, p99 = 0, reported = 0;
+    std::uint64_t lost = 0;
+    CullCounters counters;
+    CullCounters sum;
+};
+
+Row measure(const Culler& culler, const std::vector<View>& views, const Truth& truth, int passes) {
+    Row row;
+    row.name = culler.name();
+    std::vector<double> best(views.size(), 1e9);
+    CullResult result;
+    for (int pass = 0; pass < passes; ++pass) {
+        ViewState state;
+        for (int warm = 0; warm < 2; ++warm)
+            culler.cull(views[0], state, result);
+        for (std::size_t f = 0; f < views.size(); ++f) {
+            Clock::time_point start = Clock::now();
+            culler.cull(views[f], state, result);
+            best[f] = std::min(best[f], milliseconds_since(start));
+            if (pass > 0)
+                continue;
+            row.reported += double(result.visible_count) / double(views.size());
+            row.sum.patches_drawn += result.counters.patches_drawn;
+            row.sum.polygons_drawn += result.counters.polygons_drawn;
+            row.sum.boxes_tested += result.counters.boxes_tested;
+            row.sum.nodes_visited += result.counters.nodes_visited;
+            for (std::size_t word = 0; word < truth.seen[f].size(); ++word)
+                row.lost += std::uint64_t(__builtin_popcountll(truth.seen[f][word] & ~result.visible[word]));
+        }
+    }
+    std::sort(best.begin(), best.end());
+    row.median = best[best.size() / 2];
+    row.p99 = best[best.size() * 99 / 100];
+    return row;
+}
+
+void run(const std::string& path, const Options& options) {
+    Result<Scene> scene = load_scene(path);
+    if (!scene) {
+        std::fprintf(stderr, "%s\n", scene.status().message().c_str());
+        return;
+    }
+    Clock::time_point start = Clock::now();
+    OccluderStatistics found;
+    OccluderSet occluders = find_occluders(*scene, {}, &found);
+    double finding = milliseconds_since(start);
+    Tracer tracer = Tracer::build(*scene);
+    std::vector<Box3f> bounds;
+    std::vector<std::uint32_t> flags;
+    for (const Object& object : scene->objects()) {
+        bounds.push_back(object.bounds);
+        flags.push_back(object.flags);
+    }
+    CullSceneInput input;
+    input.bounds = bounds;
+    input.flags = flags;
+    input.occluders = &occluders;
+    start = Clock::now();
+    CullScene cull_scene = CullScene::create(input);
+    double preparing = milliseconds_since(start);
+    std::vector<View> views = street_walk(*scene, tracer, options.frames);
+    if (views.empty()) {
+        std::printf("%s: found no place to walk\n", path.c_str());
+        return;
+    }
+    Truth truth = find_truth(*scene, tracer, views, options.truth);
+    std::printf("\n%s: %zu triangles, %zu objects; %llu triangles -> %llu polygons, %llu patches, %llu inner boxes in "
+                "%.0f ms; scene in %.0f ms; %zu frames, seen (lower bound) %.1f\n",
+                path.c_str(), scene->triangles().size(), scene->objects().size(),
+                (unsigned long long)found.triangles, (unsigned long long)found.polygons,
+                (unsigned long long)found.patches, (unsigned long long)found.inner_boxes, finding, preparing,
+                views.size(), truth.mean);
+    std::printf("%-16s %9s %9s %7s %9s %8s %9s %6s %8s %8s %8s\n", "method", "ms", "p99", "ratio", "reported", "culled%",
+                "rep/true", "lost", "patches", "polygons", "boxes");
+    double base = 0, frustum = 0;
+    for (const std::string& name : options.methods) {
+        auto culler = make_culler(name, cull_scene, options.culler);
+        if (!culler) {
+            std::printf("%-16s %s\n", name.c_str(), culler.status().message().c_str());
+            continue;
+        }
+        Row row = measure(**culler, views, truth, options.passes);
+        if (name == "frustum-scalar") {
+            base = row.median;
+            frustum = row.reported;
+        }
+        double frames = double(views.size());
+        std::printf("%-16s %9.4f %9.4f %7.2f %9.1f %8.2f %9.2f %6llu %8.0f %8.0f %8.0f\n", row.name.c_str(), row.median,
+                    row.p99, row.median / base, row.reported, 100 * (1 - row.reported / frustum),
+                    row.reported / truth.mean, (unsigned long long)row.lost, double(row.sum.patches_drawn) / frames,
+                    double(row.sum.polygons_drawn) / frames, double(row.sum.boxes_tested) / frames);
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    for (int i = 1; i < argc; ++i) {
+        auto value = [&] { return i + 1 < argc ? argv[++i] : "0"; };
+        if (!std::strcmp(argv[i], "--frames"))
+            options.frames = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--passes"))
+            options.passes = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--truth"))
+            options.truth = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--width"))
+            options.culler.raster_width = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--budget"))
+            options.culler.polygon_budget = std::uint32_t(std::atoi(value()));
+        else if (!std::strcmp(argv[i], "--method"))
+            options.methods.push_back(value());
+        else
+            options.scenes.push_back(argv[i]);
+    }
+    if (options.methods.empty())
+        for (std::string_view name : culler_names())
+            if (name != "none" && name != "pvs")
+                options.methods.emplace_back(name);
+    options.methods.insert(options.methods.begin(), "frustum-scalar");
+    if (options.scenes.empty()) {
+        std::fprintf(stderr, "usage: bench_cull SCENE.. [--frames N] [--passes N] [--method NAME].. [--width N]\n");
+        return 2;
+    }
+    for (const std::string& path : options.scenes)
+        run(path, options);
+}

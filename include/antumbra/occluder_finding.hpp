@@ -1,0 +1,38 @@
+// Occluders out of arbitrary meshes, without hints from their author.
+#pragma once
+
+#include <antumbra/job.hpp>
+#include <antumbra/occluders.hpp>
+#include <antumbra/scene.hpp>
+
+namespace antumbra {
+
+struct OccluderOptions {
+    /// Merge coplanar neighbours into larger convex polygons.
+    bool merge = true;
+    /// Largest boxes inside closed meshes, tried on objects of at least `inner_box_triangles` triangles
+    /// per face that the box would have.
+    bool inner_boxes = true;
+    std::uint32_t inner_box_triangles = 24;
+    std::uint32_t inner_box_resolution = 12; ///< cells along the longest side of an object
+    std::uint32_t most_corners = 24;         ///< of one polygon
+    std::uint32_t patch_polygons = 24;       ///< owned by one patch
+};
+
+struct OccluderStatistics {
+    std::uint64_t triangles = 0;        ///< of objects that occlude
+    std::uint64_t polygons = 0;         ///< after merging, inner solids apart
+    std::uint64_t inner_boxes = 0;
+    std::uint64_t closed_objects = 0;   ///< whose every edge has one triangle on either side
+    std::uint64_t patches = 0;
+    double largest_area = 0;
+};
+
+/// Every triangle of every object with kOccludes is in exactly one polygon; a polygon covers nothing that its
+/// triangles did not: they are merged only where they lie in one plane exactly (integer arithmetic on the snapped
+/// grid), share a whole edge, show the same side, and are convex together. Inner boxes touch no surface of their
+/// closed mesh and have a positive winding number (exact tests). A pure function of (scene, options).
+OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options = {},
+                           OccluderStatistics* statistics = nullptr);
+
+} // namespace antumbra

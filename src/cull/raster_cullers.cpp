@@ -1,0 +1,233 @@
+// `masked` draws occluder patches into a masked depth buffer as a front-to-back walk meets them; `hzb` draws the
+// nearest patches first, builds a pyramid of depths and then tests. Both share projection and coverage.
+#include "cull/methods.hpp"
+#include "cull/occlusion_walk.hpp"
+#include "raster/depth_pyramid.hpp"
+#include "raster/tile_buffer.hpp"
+
+#include <string>
+
+namespace antumbra {
+namespace {
+
+struct Kernels {
+    BoxKernel boxes = nullptr;
+    DrawPatch draw = nullptr;
+    IsHidden hidden = nullptr;
+    bool complete() const { return boxes && draw && hidden; }
+};
+
+Kernels kernels_for(InstructionSet set) {
+    Kernels kernels{box_kernel(set), nullptr, nullptr};
+    if (set == InstructionSet::avx512 || set == InstructionSet::automatic) {
+        kernels.draw = draw_patch_avx512();
+        kernels.hidden = is_hidden_avx512();
+    }
+    if (set == InstructionSet::avx2 || (set == InstructionSet::automatic && !kernels.draw)) {
+        kernels.draw = draw_patch_avx2();
+        kernels.hidden = is_hidden_avx2();
+    }
+    if (set == InstructionSet::scalar || (set == InstructionSet::automatic && !kernels.draw)) {
+        kernels.draw = draw_patch_scalar;
+        kernels.hidden = is_hidden_scalar;
+    }
+    return kernels;
+}
+
+double extent_of(const CullScene::Data& scene) {
+    if (scene.tree_box.empty())
+        return 1;
+    Vec3d low = to_double(scene.tree_box.min), high = to_double(scene.tree_box.max);
+    return length(high - low) + std::max(length(low), length(high));
+}
+
+/// What both methods keep per view.
+struct RasterState : ViewState::Storage {
+    std::vector<WalkEntry> stack;
+    PatchCoverage coverage;
+    int width = 0, height = 0;
+    std::vector<std::uint32_t> reported;
+
+    void fit(const Screen& screen, const CullScene::Data& scene) {
+        if (width == screen.width && height == screen.height)
+            return;
+        width = screen.width;
+        height = screen.height;
+        coverage.fit(screen, scene.patches.store);
+        reported.reserve(scene.object_count());
+    }
+};
+
+struct MaskedState final : RasterState {
+    TileBuffer buffer;
+};
+struct HzbState final : RasterState {
+    DepthPyramid pyramid;
+    std::vector<std::pair<double, std::uint32_t>> nearest; ///< patches by what they promise
+};
+
+class RasterCuller : public Culler {
+  public:
+    RasterCuller(const CullScene& scene, const CullerOptions& options, Kernels kernels)
+        : scene_(scene), options_(options), kernels_(kernels), extent_(extent_of(scene.data())),
+          serial_(new_culler_serial()) {}
+    Guarantee guarantee() const override { return Guarantee::conservative; }
+
+    void cull(const View& view, ViewState& state, CullResult& result) const override {
+        const CullScene::Data& scene = scene_.data();
+        begin_result(scene, result);
+        if (const char* problem = problem_of(view))
+            return mark_everything(scene, result, problem);
+        if (scene.occluders.polygons.empty())
+            result.reason = "the scene has no occluders: frustum only";
+        Camera camera = camera_of(view);
+        run(camera, make_screen(camera, options_.raster_width, extent_), state, result);
+        finish_result(result);
+    }
+
+  protected:
+    virtual void run(const Camera& camera, const Screen& screen, ViewState& state, CullResult& result) const = 0;
+
+    /// Draws a patch unless that is unsafe or the budget is spent. False if nothing came of it.
+    bool draw(std::uint32_t patch, const Screen& screen, const Box3d& start, RasterState& state,
+              CullCounters& counters) const {
+        const CullScene::Data& scene = scene_.data();
+        const PatchStore& store = scene.patches.store;
+        if (is_unusable_solid(scene, patch, start))
+            return false;
+        if (counters.polygons_drawn + store.patches[patch].polygon_count > options_.polygon_budget) {
+            counters.budget_spent = true;
+            return false;
+        }
+        kernels_.draw(store, patch, screen, state.coverage);
+        counters.polygons_drawn += state.coverage.polygons;
+        if (state.coverage.touched.empty())
+            return false;
+        ++counters.patches_drawn;
+        return true;
+    }
+
+    CullScene scene_;
+    CullerOptions options_;
+    Kernels kernels_;
+    double extent_;
+    std::uint64_t serial_;
+};
+
+class Masked final : public RasterCuller {
+  public:
+    using RasterCuller::RasterCuller;
+    std::string_view name() const override { return "masked"; }
+
+  private:
+    struct Visitor {
+        const Masked& culler;
+        const Screen& screen;
+        const Box3d start;
+        MaskedState& state;
+        CullResult& result;
+
+        bool hidden(const Box3f& box) const {
+            return culler.kernels_.hidden(state.buffer, screen, project_box(screen, box));
+        }
+        void object(std::uint32_t object, const Box3f&) {
+            mark_visible(result, object);
+            state.reported.push_back(object);
+        }
+        void patch(std::uint32_t patch) {
+            if (!culler.draw(patch, screen, start, state, result.counters))
+                return;
+            state.buffer.merge(state.coverage);
+            state.coverage.clear(screen);
+        }
+    };
+
+    void run(const Camera& camera, const Screen& screen, ViewState& view_state, CullResult& result) const override {
+        auto& state = view_state.storage<MaskedState>(serial_);
+        state.fit(screen, scene_.data());
+        state.buffer.reset(screen);
+        state.reported.clear();
+        Visitor visitor{*this, screen, near_box(camera), state, result};
+        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, result.counters, visitor);
+        // The walk is only nearly front to back: occluders that came late may hide what was reported early.
+        for (std::uint32_t object : state.reported)
+            if (visitor.hidden(scene_.data().bounds[object])) {
+                result.visible[object / 64] &= ~(std::uint64_t(1) << (object % 64));
+                ++result.counters.hidden_by_raster;
+            }
+    }
+};
+
+class Hzb final : public RasterCuller {
+  public:
+    using RasterCuller::RasterCuller;
+    std::string_view name() const override { return "hzb"; }
+
+  private:
+    struct Visitor {
+        const Screen& screen;
+        const DepthPyramid& pyramid;
+        CullResult& result;
+        bool hidden(const Box3f& box) const { return pyramid.is_hidden(screen, project_box(screen, box)); }
+        void object(std::uint32_t object, const Box3f&) { mark_visible(result, object); }
+        void patch(std::uint32_t) {}
+    };
+
+    void run(const Camera& camera, const Screen& screen, ViewState& view_state, CullResult& result) const override {
+        auto& state = view_state.storage<HzbState>(serial_);
+        state.fit(screen, scene_.data());
+        state.pyramid.reset(screen);
+        choose(camera, state);
+        Box3d start = near_box(camera);
+        for (auto [size, patch] : state.nearest) {
+            if (!draw(patch, screen, start, state, result.counters))
+                continue;
+            state.pyramid.merge(state.coverage);
+            state.coverage.clear(screen);
+        }
+        state.pyramid.build();
+        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, result.counters,
+                           Visitor{screen, state.pyramid, result});
+    }
+
+    /// All patches, those that promise to cover most of the screen first (area over squared distance).
+    void choose(const Camera& camera, HzbState& state) const {
+        const ScenePatches& patches = scene_.data().patches;
+        state.nearest.clear();
+        for (std::uint32_t p = 0; p < patches.boxes.size(); ++p) {
+            Vec3d size = to_double(patches.boxes[p].max) - to_double(patches.boxes[p].min);
+            double distance = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                double gap = std::max({patches.boxes[p].min[axis] - camera.eye[axis],
+                                       camera.eye[axis] - patches.boxes[p].max[axis], 0.0});
+                distance += gap * gap;
+            }
+            double area = size.x * size.y + size.y * size.z + size.z * size.x;
+            state.nearest.push_back({-area / (distance + 1e-6 * extent_ * extent_), p});
+        }
+        std::sort(state.nearest.begin(), state.nearest.end());
+    }
+};
+
+template <class Method>
+Result<CullerPointer> make(const CullScene& scene, const CullerOptions& options, Kernels kernels) {
+    if (!kernels.complete())
+        return Status(ErrorCode::unsupported,
+                      "this processor lacks the instruction set that was asked for; use automatic");
+    if (options.raster_width < kTile || options.raster_width > 2048)
+        return Status(ErrorCode::usage, "raster_width is " + std::to_string(options.raster_width) +
+                                            "; it must be between 8 and 2048");
+    return CullerPointer(std::make_unique<Method>(scene, options, kernels));
+}
+
+} // namespace
+
+Result<CullerPointer> make_masked(const CullScene& scene, const CullerOptions& options) {
+    return make<Masked>(scene, options, kernels_for(options.instruction_set));
+}
+
+Result<CullerPointer> make_hzb(const CullScene& scene, const CullerOptions& options) {
+    return make<Hzb>(scene, options, kernels_for(InstructionSet::scalar));
+}
+
+} // namespace antumbra

@@ -1,0 +1,167 @@
+#include <antumbra/occluder_finding.hpp>
+
+#include "occluder_finding/inner_boxes.hpp"
+#include "occluder_finding/merge.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace antumbra {
+namespace {
+
+using grid::Point;
+
+/// Equal positions become one vertex, whatever object they belong to.
+struct Welded {
+    std::vector<std::uint32_t> vertex; ///< per position of the scene
+    std::vector<Vec3f> positions;
+    std::vector<Point> points;
+};
+
+Welded weld(const Scene& scene) {
+    std::span<const Vec3f> positions = scene.positions();
+    std::vector<std::uint32_t> order(positions.size());
+    std::iota(order.begin(), order.end(), 0u);
+    auto less = [&](std::uint32_t a, std::uint32_t b) {
+        const Vec3f &p = positions[a], &q = positions[b];
+        return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
+    };
+    std::sort(order.begin(), order.end(), less);
+    Welded welded;
+    welded.vertex.resize(positions.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (i == 0 || less(order[i - 1], order[i])) {
+            welded.positions.push_back(positions[order[i]]);
+            welded.points.push_back(grid::point_of(positions[order[i]], scene.step()));
+        }
+        welded.vertex[order[i]] = static_cast<std::uint32_t>(welded.positions.size() - 1);
+    }
+    return welded;
+}
+
+std::vector<GrowingPolygon> triangles_of(const Scene& scene, const Welded& welded) {
+    std::vector<GrowingPolygon> polygons;
+    for (std::uint32_t t = 0; t < scene.triangles().size(); ++t) {
+        const Object& object = scene.object_of(t);
+        if (!object.has(kOccludes))
+            continue;
+        GrowingPolygon polygon;
+        for (std::uint32_t corner : scene.triangles()[t])
+            polygon.loop.push_back(welded.vertex[corner]);
+        const Point& a = welded.points[polygon.loop[0]];
+        polygon.normal = grid::cross(grid::minus(welded.points[polygon.loop[1]], a),
+                                     grid::minus(welded.points[polygon.loop[2]], a));
+        polygon.object = scene.triangle_objects()[t];
+        polygon.double_sided = object.has(kDoubleSided);
+        polygons.push_back(std::move(polygon));
+    }
+    return polygons;
+}
+
+/// Fills what follows from the loop: plane, area, centre.
+void measure(const OccluderSet& set, OccluderPolygon& polygon, const Vec3d& direction) {
+    std::span<const std::uint32_t> loop = set.loop(polygon);
+    Vec3d first = to_double(set.vertices[loop[0]]), sum, area;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+        sum += to_double(set.vertices[loop[i]]);
+        area += cross(to_double(set.vertices[loop[i]]) - first,
+                      to_double(set.vertices[loop[(i + 1) % loop.size()]]) - first);
+    }
+    polygon.normal = normalized(direction);
+    polygon.offset = -dot(polygon.normal, first);
+    polygon.area = length(area) / 2;
+    polygon.centre = sum / double(loop.size());
+}
+
+void append(OccluderSet& set, const GrowingPolygon& source) {
+    OccluderPolygon polygon;
+    polygon.first = static_cast<std::uint32_t>(set.loops.size());
+    polygon.count = static_cast<std::uint32_t>(source.loop.size());
+    polygon.object = source.object;
+    polygon.double_sided = source.double_sided;
+    set.loops.insert(set.loops.end(), source.loop.begin(), source.loop.end());
+    Vec3d normal{double(source.normal[0]), double(source.normal[1]), double(source.normal[2])};
+    measure(set, polygon, normal);
+    set.polygons.push_back(polygon);
+}
+
+/// Leaves out straight corners whose two edges have the same neighbour (or none): the edge stays whole on both
+/// sides, and fewer edges are drawn.
+void drop_straight_corners(OccluderSet& set, const std::vector<Point>& points) {
+    std::vector<std::uint32_t> loops;
+    loops.reserve(set.loops.size());
+    for (OccluderPolygon& polygon : set.polygons) {
+        auto first = static_cast<std::uint32_t>(loops.size());
+        for (std::uint32_t i = 0; i < polygon.count; ++i) {
+            std::uint32_t before = (i + polygon.count - 1) % polygon.count, after = (i + 1) % polygon.count;
+            const Point& at = points[set.loops[polygon.first + i]];
+            Point along = grid::minus(at, points[set.loops[polygon.first + before]]);
+            Point onward = grid::minus(points[set.loops[polygon.first + after]], at);
+            bool same = set.neighbours[polygon.first + before] == set.neighbours[polygon.first + i];
+            if (!(same && grid::same_direction(along, onward)))
+                loops.push_back(set.loops[polygon.first + i]);
+        }
+        polygon.first = first;
+        polygon.count = static_cast<std::uint32_t>(loops.size()) - first;
+    }
+    set.loops = std::move(loops);
+    connect_occluders(set);
+}
+
+/// The faces of a box, seen from outside: corner numbers as in Box3::corner.
+constexpr std::uint32_t kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+
+void append_box(OccluderSet& set, const InnerBox& inner) {
+    auto base = static_cast<std::uint32_t>(set.vertices.size());
+    for (int corner = 0; corner < 8; ++corner)
+        set.vertices.push_back(inner.box.corner(corner));
+    for (std::uint32_t face = 0; face < 6; ++face) {
+        OccluderPolygon polygon;
+        polygon.first = static_cast<std::uint32_t>(set.loops.size());
+        polygon.count = 4;
+        polygon.object = inner.object;
+        polygon.synthetic = true;
+        polygon.solid = static_cast<std::uint32_t>(set.solids.size());
+        for (std::uint32_t corner : kFaces[face])
+            set.loops.push_back(base + corner);
+        Vec3d outward;
+        outward[static_cast<int>(face / 2)] = face % 2 ? 1 : -1;
+        measure(set, polygon, outward);
+        set.polygons.push_back(polygon);
+    }
+    set.solids.push_back({inner.shell});
+}
+
+} // namespace
+
+OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, OccluderStatistics* statistics) {
+    Welded welded = weld(scene);
+    std::vector<GrowingPolygon> polygons = triangles_of(scene, welded);
+    OccluderStatistics counts;
+    counts.triangles = polygons.size();
+    InnerBoxes inner = find_inner_boxes(scene, welded.vertex, options);
+    if (options.merge)
+        merge_coplanar(polygons, welded.points, options.most_corners);
+    OccluderSet set;
+    set.vertices = std::move(welded.positions);
+    for (const GrowingPolygon& polygon : polygons)
+        if (!polygon.loop.empty())
+            append(set, polygon);
+    counts.polygons = set.polygons.size();
+    connect_occluders(set);
+    drop_straight_corners(set, welded.points);
+    for (const InnerBox& box : inner.boxes)
+        append_box(set, box);
+    connect_occluders(set);
+    group_occluders(set, options.patch_polygons);
+    counts.inner_boxes = inner.boxes.size();
+    counts.closed_objects = inner.closed_objects;
+    counts.patches = set.patches.size();
+    for (const OccluderPolygon& polygon : set.polygons)
+        counts.largest_area = std::max(counts.largest_area, polygon.area);
+    if (statistics)
+        *statistics = counts;
+    return set;
+}
+
+} // namespace antumbra

@@ -1,0 +1,57 @@
+// Coverage of a patch of polygons, inner-conservative for the patch as a whole.
+//
+// A pixel counts as covered when its centre is covered by a member and no silhouette edge of the patch comes within
+// kEdgeSlack of its square. Members are the polygons that certainly show the eye a side that blocks. An edge is
+// silhouette unless a second member lies on its other side as seen from the eye; edges made by clipping always are.
+//
+// Why the whole square is then covered: coverage by the union of the members can only change across an edge that has
+// no member on its other side, and no such edge is in the square; hence the square is covered where its centre is.
+// Computed corners and crossings are within kEdgeSlack / 2 of the true ones, so the marked pixels include all that
+// true silhouettes cross; and a centre which only seems covered lies so close to an edge that either the neighbour
+// covers it or its pixel is marked. What the patch hides in a pixel it hides at least from its farthest member on:
+// every tile gets the farthest nearness of all members that come near it.
+#pragma once
+
+#include "raster/patch.hpp"
+#include "raster/screen.hpp"
+
+namespace antumbra {
+
+inline constexpr float kEdgeSlack = 1.0f / 64; ///< pixels
+
+/// A rectangle of tiles, half open.
+struct TileRect {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    bool empty() const { return x0 >= x1 || y0 >= y1; }
+};
+
+/// One patch at a time: what draw_patch() leaves. Sized once per (screen, store).
+struct PatchCoverage {
+    /// One bit per pixel, rows of words: pixel (x, y) is bit x % 64 of word y * words + x / 64.
+    std::vector<std::uint64_t> covered, silhouette;
+    std::vector<float> nearness; ///< per tile: farthest of the members near it; +infinity where there is none
+    int words = 0;               ///< per row
+    TileRect touched;            ///< the only tiles with anything in them
+    std::uint32_t polygons = 0;  ///< members that were drawn
+    // Working memory.
+    std::vector<float> left, right;
+    std::vector<float> vertex_x, vertex_y;
+    std::vector<double> camera_x, camera_y, camera_z;
+    std::vector<signed char> side;
+
+    void fit(const Screen& screen, const PatchStore& store);
+    /// Bits of the tile: bit (x % 8) + 8 * (y % 8). Covered and clear of silhouettes.
+    std::uint64_t tile(int tile_x, int tile_y) const;
+    /// Empties the touched tiles.
+    void clear(const Screen& screen);
+};
+
+/// Draws one patch into `coverage`, which must be clear. All kernels give the same bits.
+using DrawPatch = void (*)(const PatchStore& store, std::uint32_t patch, const Screen& screen,
+                           PatchCoverage& coverage);
+void draw_patch_scalar(const PatchStore& store, std::uint32_t patch, const Screen& screen, PatchCoverage& coverage);
+/// The kernels for AVX2 and AVX-512; nullptr where the compiler or the processor lacks them.
+DrawPatch draw_patch_avx2();
+DrawPatch draw_patch_avx512();
+
+} // namespace antumbra

@@ -1,0 +1,82 @@
+#include "cull/proof.hpp"
+
+namespace antumbra {
+namespace {
+
+using test::ProofCounts;
+using test::Stage;
+
+const char* const kMethods[] = {"hzb", "masked"};
+
+/// Frames per scene and method; a longer search with the environment variable.
+int frames() {
+    const char* wanted = std::getenv("ANTUMBRA_PROOF_FRAMES");
+    return wanted ? std::atoi(wanted) : 12;
+}
+
+std::unique_ptr<Culler> make(const char* name, const Stage& stage, CullerOptions options = {}) {
+    auto culler = make_culler(name, stage.cull_scene, options);
+    EXPECT_TRUE(culler.ok()) << culler.status().message();
+    return std::move(culler).value();
+}
+
+TEST(OcclusionProof, random_soup_loses_no_line_of_sight) {
+    ProofCounts counts[std::size(kMethods)];
+    for (std::uint32_t trial = 0; trial < 60; ++trial) {
+        Random random(21, trial);
+        double size = std::ldexp(1.0, int(random.below(20)) - 6);
+        Result<Scene> scene = Scene::create(test::random_soup(random, 40, size));
+        ASSERT_TRUE(scene.ok());
+        Stage stage(std::move(*scene));
+        for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+            CullerOptions options;
+            options.raster_width = 64 + int(random.below(4)) * 64;
+            auto culler = make(kMethods[m], stage, options);
+            ViewState state;
+            for (int f = 0; f < frames(); ++f) {
+                View view = test::random_view(random, {0, 0, 0}, size);
+                if (problem_of(view) == nullptr)
+                    test::prove(stage, *culler, view, state, 32, 48, random, counts[m]);
+                if (HasFailure())
+                    FAIL() << "trial " << trial << " frame " << f;
+            }
+        }
+    }
+    for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+        EXPECT_GT(counts[m].hidden * 20, counts[m].in_frustum) << kMethods[m] << " culls next to nothing";
+    }
+}
+
+TEST(OcclusionProof, slits_narrower_than_a_pixel_stay_open) {
+    ProofCounts counts[std::size(kMethods)];
+    for (std::uint32_t trial = 0; trial < 40; ++trial) {
+        Random random(22, trial);
+        Result<Scene> scene = Scene::create(test::slit_wall(random, 14, 150));
+        ASSERT_TRUE(scene.ok());
+        Stage stage(std::move(*scene));
+        for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+            CullerOptions options;
+            options.raster_width = 32 << random.below(4);
+            auto culler = make(kMethods[m], stage, options);
+            ViewState state;
+            for (int f = 0; f < frames(); ++f) {
+                View view = test::random_view(random, {0, 0, 0}, 3);
+                view.eye.z = random.uniform(2, 12);
+                view.target = {random.uniform(-4, 4), random.uniform(-2, 2), 0};
+                view.up = {0, 1, 0};
+                view.fov_y_deg = random.uniform(20, 90);
+                view.far_plane = INFINITY;
+                if (problem_of(view) == nullptr)
+                    test::prove(stage, *culler, view, state, 16, 48, random, counts[m]);
+                if (HasFailure())
+                    FAIL() << "trial " << trial << " frame " << f;
+            }
+        }
+    }
+    for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+        EXPECT_GT(counts[m].hidden * 20, counts[m].in_frustum) << kMethods[m] << " culls next to nothing";
+    }
+}
+
+} // namespace
+} // namespace antumbra
