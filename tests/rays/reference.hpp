@@ -103,42 +103,55 @@ inline Verdict blocker(const Triangle& triangle, const Vector& p, const Vector& 
     return place > 0 && *t > 0 && *t < end ? Verdict::blocked : Verdict::degenerate;
 }
 
-inline Verdict judge(const Scene& scene, const Vector& p, const Vector& d, const Rational& end, std::uint32_t target,
-                     const Triangle* target_triangle) {
-    Verdict verdict = Verdict::clear;
-    for (std::uint32_t t = 0; t < scene.triangles().size(); ++t) {
-        if (t == target || !scene.object_of(t).has(antumbra::kOccludes))
-            continue;
-        Verdict one = blocker(Triangle(scene, t), p, d, end, target_triangle);
-        if (one == Verdict::blocked)
-            return one;
-        if (one == Verdict::degenerate)
-            verdict = one;
+/// The brute-force arbiter of a scene.
+class Judge {
+  public:
+    explicit Judge(const Scene& scene) : scene_(scene) {
+        for (std::uint32_t t = 0; t < scene.triangles().size(); ++t)
+            triangles_.emplace_back(scene, t);
     }
-    return verdict;
-}
 
-inline Verdict sees(const Scene& scene, const Vec3d& eye, const Vec3d& toward, std::uint32_t target) {
-    Vector p = vector(eye), d = minus(vector(toward), p);
-    Triangle triangle(scene, target);
-    std::optional<Rational> t = triangle.crossing(p, d);
-    if (!t)
-        return dot(triangle.normal, minus(p, triangle.corner[0])) == 0 ? Verdict::degenerate : Verdict::blocked;
-    int place = triangle.place(along(p, d, *t));
-    if (place < 0)
-        return Verdict::blocked;
-    if (place == 0)
-        return Verdict::degenerate;
-    if (*t < 0 || (!triangle.double_sided && dot(triangle.normal, d) > 0))
-        return Verdict::blocked;
-    if (*t == 0)
-        return Verdict::degenerate;
-    return judge(scene, p, d, *t, target, &triangle);
-}
+    Verdict sees(const Vec3d& eye, const Vec3d& toward, std::uint32_t target) const {
+        Vector p = vector(eye), d = minus(vector(toward), p);
+        const Triangle& triangle = triangles_[target];
+        std::optional<Rational> t = triangle.crossing(p, d);
+        if (!t)
+            return dot(triangle.normal, minus(p, triangle.corner[0])) == 0 ? Verdict::degenerate : Verdict::blocked;
+        int place = triangle.place(along(p, d, *t));
+        if (place < 0)
+            return Verdict::blocked;
+        if (place == 0)
+            return Verdict::degenerate;
+        if (*t < 0 || (!triangle.double_sided && dot(triangle.normal, d) > 0))
+            return Verdict::blocked;
+        if (*t == 0)
+            return Verdict::degenerate;
+        return judge(p, d, *t, target, &triangle);
+    }
 
-inline Verdict segment(const Scene& scene, const Vec3d& p, const Vec3d& q) {
-    Vector start = vector(p);
-    return judge(scene, start, minus(vector(q), start), 1, antumbra::kNoTriangle, nullptr);
-}
+    Verdict segment(const Vec3d& p, const Vec3d& q) const {
+        Vector start = vector(p);
+        return judge(start, minus(vector(q), start), 1, antumbra::kNoTriangle, nullptr);
+    }
+
+  private:
+    Verdict judge(const Vector& p, const Vector& d, const Rational& end, std::uint32_t target,
+                  const Triangle* target_triangle) const {
+        Verdict verdict = Verdict::clear;
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+            if (t == target || !scene_.object_of(t).has(antumbra::kOccludes))
+                continue;
+            Verdict one = blocker(triangles_[t], p, d, end, target_triangle);
+            if (one == Verdict::blocked)
+                return one;
+            if (one == Verdict::degenerate)
+                verdict = one;
+        }
+        return verdict;
+    }
+
+    const Scene& scene_;
+    std::vector<Triangle> triangles_;
+};
 
 } // namespace reference
