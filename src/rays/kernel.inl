@@ -58,46 +58,74 @@ inline void resolve(const Block& block, const PreparedRay& ray, int lanes, const
     }
 }
 
+struct Entry {
+    std::uint32_t first, count;
+    float distance;
+};
+
+inline Entry child_entry(const Node& node, const float* distance, int child) {
+    return {node.first[child], node.count[child], distance[child]};
+}
+
+/// Removes and returns the lowest set bit.
+inline int take_lowest(int& mask) {
+    int bit = __builtin_ctz(static_cast<unsigned>(mask));
+    mask &= mask - 1;
+    return bit;
+}
+
+/// Puts the children of a node that the ray enters on the stack, the nearest on top.
+inline void push_children(const Node& node, const float* distance, int children, Entry* stack, int& depth) {
+    Entry first = child_entry(node, distance, take_lowest(children));
+    if (!children) {
+        stack[depth++] = first;
+        return;
+    }
+    Entry second = child_entry(node, distance, take_lowest(children));
+    bool ordered = first.distance < second.distance;
+    int bottom = depth;
+    stack[depth++] = ordered ? second : first;
+    stack[depth++] = ordered ? first : second;
+    while (children) {
+        Entry next = child_entry(node, distance, take_lowest(children));
+        int place = depth++;
+        for (; place > bottom && stack[place - 1].distance < next.distance; --place)
+            stack[place] = stack[place - 1];
+        stack[place] = next;
+    }
+}
+
 /// Front to back through the tree; `consume` as in resolve().
 template <class Policy, bool all_sides, class Consume>
 inline void walk(const TreeView& tree, const PreparedRay& ray, double limit, Consume&& consume) {
-    struct Entry {
-        std::uint32_t first, count;
-        float distance;
-    };
     if (!tree.nodes)
         return;
     Entry stack[kMaxBvhDepth * (kWidth - 1) + kWidth];
     int depth = 0;
-    stack[depth++] = {0, 0, 0};
-    while (depth) {
-        Entry entry = stack[--depth];
-        if (static_cast<double>(entry.distance) > limit)
-            continue;
-        if (entry.count) {
+    float limit_above = float_above(limit);
+    Entry entry{0, 0, 0};
+    for (;;) {
+        if (entry.count == 0) {
+            const Node& node = tree.nodes[entry.first];
+            alignas(32) float distance[kWidth];
+            int children = Policy::enter(node, ray, limit_above, distance);
+            if (children)
+                push_children(node, distance, children, stack, depth);
+        } else {
             for (std::uint32_t b = entry.first; b < entry.first + entry.count; ++b) {
                 Candidates candidates;
                 int lanes = Policy::cover(tree.blocks[b], ray, candidates);
-                if (lanes)
+                if (lanes) {
                     resolve<all_sides>(tree.blocks[b], ray, lanes, candidates, limit, consume);
+                    limit_above = float_above(limit);
+                }
             }
-            continue;
         }
-        const Node& node = tree.nodes[entry.first];
-        alignas(32) float distance[kWidth];
-        int children = Policy::enter(node, ray, limit, distance);
-        int bottom = depth;
-        while (children) {
-            int child = __builtin_ctz(static_cast<unsigned>(children));
-            children &= children - 1;
-            // Insertion keeps the new entries sorted, the nearest on top.
-            int place = depth++;
-            while (place > bottom && stack[place - 1].distance < distance[child]) {
-                stack[place] = stack[place - 1];
-                --place;
-            }
-            stack[place] = {node.first[child], node.count[child], distance[child]};
-        }
+        do {
+            if (depth == 0)
+                return;
+            entry = stack[--depth];
+        } while (entry.distance > limit_above);
     }
 }
 

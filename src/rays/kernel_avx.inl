@@ -4,16 +4,15 @@
 struct Avx {
     static __m256 row(const Node& node, int r) { return _mm256_load_ps(node.bounds[r]); }
 
-    static int enter(const Node& node, const PreparedRay& ray, double limit, float* distance) {
+    static int enter(const Node& node, const PreparedRay& ray, float limit, float* distance) {
         __m256 first = _mm256_setzero_ps();
-        __m256 last = _mm256_set1_ps(std::numeric_limits<float>::infinity());
+        __m256 last = _mm256_set1_ps(limit);
         for (int k = 0; k < 3; ++k) {
             __m256 near = _mm256_sub_ps(row(node, ray.near_row[k]), _mm256_broadcast_ss(&ray.near_origin[k]));
             __m256 far = _mm256_sub_ps(row(node, ray.far_row[k]), _mm256_broadcast_ss(&ray.far_origin[k]));
             first = _mm256_max_ps(_mm256_mul_ps(near, _mm256_broadcast_ss(&ray.near_inverse[k])), first);
             last = _mm256_min_ps(_mm256_mul_ps(far, _mm256_broadcast_ss(&ray.far_inverse[k])), last);
         }
-        last = _mm256_min_ps(last, _mm256_set1_ps(float_above(limit)));
         _mm256_store_ps(distance, first);
         return _mm256_movemask_ps(_mm256_cmp_ps(first, last, _CMP_LE_OQ));
     }

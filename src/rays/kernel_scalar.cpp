@@ -11,10 +11,10 @@ struct Scalar {
     /// Float slabs. the origins are moved by twice the margin, and the inverses are moved
     /// apart by 2^-21 relative, which outweighs the roundings of the subtraction, the inverse and the product
     /// (3 * 2^-24). So a stretch here contains the one that clamp_to_box computes in doubles for any box inside.
-    static int enter(const Node& node, const PreparedRay& ray, double limit, float* distance) {
+    static int enter(const Node& node, const PreparedRay& ray, float limit, float* distance) {
         int mask = 0;
         for (int i = 0; i < kWidth; ++i) {
-            float first = 0, last = std::numeric_limits<float>::infinity();
+            float first = 0, last = limit;
             for (int k = 0; k < 3; ++k) {
                 float near = (node.bounds[ray.near_row[k]][i] - ray.near_origin[k]) * ray.near_inverse[k];
                 float far = (node.bounds[ray.far_row[k]][i] - ray.far_origin[k]) * ray.far_inverse[k];
@@ -22,7 +22,7 @@ struct Scalar {
                 last = far < last ? far : last;
             }
             distance[i] = first;
-            mask |= (first <= last && first <= float_above(limit)) ? 1 << i : 0;
+            mask |= first <= last ? 1 << i : 0;
         }
         return mask;
     }

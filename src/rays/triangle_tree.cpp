@@ -55,7 +55,7 @@ TriangleTree build_triangle_tree(const Scene& scene, std::span<const std::uint32
         for (std::uint32_t v : scene.triangles()[triangles[i]])
             boxes[i].extend(scene.positions()[v]);
     options.block_size = kLanes;
-    WideBvh<kWidth> wide = widen<kWidth>(build_bvh(boxes, options, job));
+    WideBvh<kWidth> wide = widen<kWidth>(build_bvh(boxes, options, job), options);
     TriangleTree tree; // leaves get ranges of blocks for ranges of items
     for (Node& node : wide.nodes)
         for (int i = 0; i < kWidth; ++i) {

@@ -224,44 +224,112 @@ void set_child(WideNode<N>& node, int slot, const Box3f& box, std::uint32_t firs
     node.count[slot] = count;
 }
 
-/// The up to N descendants of `root` that become its children: the largest inner one is opened again and again.
+/// Chooses which descendants of a binary node become the children of a wide one, so that the expected cost of a
+/// ray is least (Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through compressed wide
+/// BVHs", 2017, section 3.1). cost(n, i): of the subtree at n as a forest of at most i roots.
 template <int N>
-int pull_up(const Bvh& bvh, std::uint32_t root, std::array<std::uint32_t, N>& children) {
-    const BvhNode& node = bvh.nodes[root];
-    int count = 0;
-    if (node.leaf()) {
-        children[0] = root;
-        return 1;
+class Widener {
+  public:
+    Widener(const Bvh& bvh, const BvhOptions& options) : bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
+        for (std::size_t n = bvh.nodes.size(); n-- > 0;) // children before parents
+            plan(static_cast<std::uint32_t>(n));
     }
-    children[0] = node.first;
-    children[1] = node.first + 1;
-    count = 2;
-    while (count < N) {
-        int largest = -1;
-        float area = -1;
-        for (int i = 0; i < count; ++i) {
-            const BvhNode& child = bvh.nodes[children[static_cast<std::size_t>(i)]];
-            if (!child.leaf() && half_area(child.box) > area) {
-                area = half_area(child.box);
-                largest = i;
+
+    /// Items below a node; they are contiguous in Bvh::order.
+    std::uint32_t first(std::uint32_t n) const { return plans_[n].first; }
+    std::uint32_t count(std::uint32_t n) const { return plans_[n].count; }
+    bool leaf(std::uint32_t n) const { return plans_[n].leaf; }
+
+    /// Fills in the children of the wide node at n.
+    int children(std::uint32_t n, std::array<std::uint32_t, N>& out) const {
+        int count = 0;
+        if (leaf(n))
+            out[static_cast<std::size_t>(count++)] = n; // only the root of a small tree
+        else
+            distribute(n, N, out, count);
+        return count;
+    }
+
+  private:
+    struct Plan {
+        float cost[N];          ///< [i - 1]: as at most i roots, i = 1 .. N - 1; the last: its children as N roots
+        std::uint8_t left[N];   ///< [i - 1]: roots of the left child when there are i; 0: use fewer roots
+        bool leaf = false;      ///< as one root it is best a leaf
+        std::uint32_t first, count;
+    };
+
+    void plan(std::uint32_t n) {
+        const BvhNode& node = bvh_.nodes[n];
+        Plan& plan = plans_[n];
+        float area = half_area(node.box);
+        if (node.leaf()) {
+            plan.first = node.first;
+            plan.count = node.count;
+            plan.leaf = true;
+            for (int i = 0; i < N; ++i) {
+                plan.cost[i] = leaf_cost(area, node.count);
+                plan.left[i] = 0;
             }
+            return;
         }
-        if (largest < 0)
-            break;
-        std::uint32_t opened = bvh.nodes[children[static_cast<std::size_t>(largest)]].first;
-        children[static_cast<std::size_t>(largest)] = opened;
-        children[static_cast<std::size_t>(count++)] = opened + 1;
+        const Plan &l = plans_[node.first], &r = plans_[node.first + 1];
+        plan.first = l.first;
+        plan.count = l.count + r.count;
+        for (int i = N; i >= 2; --i) {
+            float best = std::numeric_limits<float>::infinity();
+            for (int k = 1; k < i; ++k) {
+                float cost = l.cost[k - 1] + r.cost[i - k - 1];
+                if (cost < best) {
+                    best = cost;
+                    plan.left[i - 1] = static_cast<std::uint8_t>(k);
+                }
+            }
+            plan.cost[i - 1] = best;
+        }
+        float inner = plan.cost[N - 1] + options_.node_cost * area;
+        plan.leaf = plan.count <= options_.leaf_size && leaf_cost(area, plan.count) <= inner;
+        plan.cost[0] = plan.leaf ? leaf_cost(area, plan.count) : inner;
+        plan.left[0] = 0;
+        for (int i = 2; i < N; ++i)
+            if (plan.cost[i - 2] <= plan.cost[i - 1]) {
+                plan.cost[i - 1] = plan.cost[i - 2];
+                plan.left[i - 1] = 0;
+            }
     }
-    return count;
-}
+
+    float leaf_cost(float area, std::uint32_t count) const {
+        return area * static_cast<float>((count + options_.block_size - 1) / options_.block_size);
+    }
+
+    void distribute(std::uint32_t n, int roots, std::array<std::uint32_t, N>& out, int& count) const {
+        const Plan& plan = plans_[n];
+        int left = plan.left[roots - 1];
+        const BvhNode& node = bvh_.nodes[n];
+        place(node.first, left, out, count);
+        place(node.first + 1, roots - left, out, count);
+    }
+    void place(std::uint32_t n, int roots, std::array<std::uint32_t, N>& out, int& count) const {
+        while (roots > 1 && plans_[n].left[roots - 1] == 0)
+            --roots;
+        if (roots == 1)
+            out[static_cast<std::size_t>(count++)] = n;
+        else
+            distribute(n, roots, out, count);
+    }
+
+    const Bvh& bvh_;
+    BvhOptions options_;
+    std::vector<Plan> plans_;
+};
 
 } // namespace
 
 template <int N>
-WideBvh<N> widen(Bvh bvh) {
+WideBvh<N> widen(Bvh bvh, const BvhOptions& options) {
     WideBvh<N> wide;
     if (bvh.nodes.empty())
         return wide;
+    Widener<N> plan(bvh, options);
     struct Task {
         std::uint32_t binary, wide;
     };
@@ -271,7 +339,7 @@ WideBvh<N> widen(Bvh bvh) {
         Task task = todo.back();
         todo.pop_back();
         std::array<std::uint32_t, N> children;
-        int count = pull_up<N>(bvh, task.binary, children);
+        int count = plan.children(task.binary, children);
         WideNode<N> node;
         std::size_t first_task = todo.size();
         for (int i = 0; i < N; ++i) {
@@ -279,14 +347,15 @@ WideBvh<N> widen(Bvh bvh) {
                 set_child<N>(node, i, Box3f{}, 0, 0);
                 continue;
             }
-            const BvhNode& child = bvh.nodes[children[static_cast<std::size_t>(i)]];
-            std::uint32_t first = child.first;
-            if (!child.leaf()) {
-                first = static_cast<std::uint32_t>(wide.nodes.size());
-                wide.nodes.emplace_back();
-                todo.push_back({children[static_cast<std::size_t>(i)], first});
+            std::uint32_t child = children[static_cast<std::size_t>(i)];
+            if (plan.leaf(child)) {
+                set_child<N>(node, i, bvh.nodes[child].box, plan.first(child), plan.count(child));
+                continue;
             }
-            set_child<N>(node, i, child.box, first, child.count);
+            auto inner = static_cast<std::uint32_t>(wide.nodes.size());
+            wide.nodes.emplace_back();
+            todo.push_back({child, inner});
+            set_child<N>(node, i, bvh.nodes[child].box, inner, 0);
         }
         std::reverse(todo.begin() + static_cast<std::ptrdiff_t>(first_task), todo.end());
         wide.nodes[task.wide] = node;
@@ -295,7 +364,7 @@ WideBvh<N> widen(Bvh bvh) {
     return wide;
 }
 
-template WideBvh<4> widen<4>(Bvh bvh);
-template WideBvh<8> widen<8>(Bvh bvh);
+template WideBvh<4> widen<4>(Bvh bvh, const BvhOptions& options);
+template WideBvh<8> widen<8>(Bvh bvh, const BvhOptions& options);
 
 } // namespace antumbra

@@ -55,12 +55,12 @@ struct WideBvh {
     std::vector<std::uint32_t> order;
 };
 
-/// Pulls grandchildren up, largest first, until every node has N children where it can. Its depth is at most that of
-/// the binary tree.
+/// Gives every node up to N children, such that the expected cost of a ray is least; small subtrees may become
+/// leaves of at most options.leaf_size. Pass the options of the build. No deeper than the binary tree.
 template <int N>
-WideBvh<N> widen(Bvh bvh);
+WideBvh<N> widen(Bvh bvh, const BvhOptions& options = {});
 
-extern template WideBvh<4> widen<4>(Bvh bvh);
-extern template WideBvh<8> widen<8>(Bvh bvh);
+extern template WideBvh<4> widen<4>(Bvh bvh, const BvhOptions& options);
+extern template WideBvh<8> widen<8>(Bvh bvh, const BvhOptions& options);
 
 } // namespace antumbra
