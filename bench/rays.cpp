@@ -1,11 +1,11 @@
-// Rays per second of the strict tracer beside Embree alone, one thread each, same rays, same triangles; with the
-// share of rays about which the two disagree.
+// Rays per second of the strict tracer beside Embree alone, one thread each, same rays, same triangles; with
+// the share of rays about which the two disagree.
 //
 //   bench_rays [--rays N] [SCENE..]     without scenes: a built-in field of boxes
 //
-// Embree: rtcIntersect1, RTC_SCENE_FLAG_ROBUST, RTC_BUILD_QUALITY_MEDIUM, no filters. To be comparable all faces are
-// double-sided and only occluding triangles are given to either. Origins are uniform in a box of 1/20 of the
-// scene's size (the "cell"), directions uniform; several cells are tried.
+// Embree: rtcIntersect1, RTC_SCENE_FLAG_ROBUST, RTC_BUILD_QUALITY_MEDIUM, no filters. To be comparable all
+// faces are double-sided and only occluding triangles are given to either. Origins are uniform in a box of
+// 1/20 of the scene's size (the "cell"), directions uniform; several cells are tried.
 #include "base/random.hpp"
 #include "rays/tracer.hpp"
 
@@ -62,7 +62,8 @@ RawScene boxes(std::uint32_t side) {
         auto first = static_cast<std::uint32_t>(raw.positions.size());
         for (int i = 0; i < 8; ++i)
             raw.positions.push_back(Box3d{low, high}.corner(i));
-        const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+        const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
         RawObject object;
         object.name = "box";
         object.first_triangle = static_cast<std::uint32_t>(raw.triangles.size());
@@ -77,8 +78,10 @@ RawScene boxes(std::uint32_t side) {
     for (std::uint32_t i = 0; i < side; ++i)
         for (std::uint32_t j = 0; j < side; ++j)
             for (std::uint32_t part = 0; part < 8; ++part) {
-                Vec3d at{i * 10.0 + random.uniform(0, 6), random.uniform(0, 8), j * 10.0 + random.uniform(0, 6)};
-                add_box(at, at + Vec3d{random.uniform(0.2, 2), random.uniform(0.2, 6), random.uniform(0.2, 2)});
+                Vec3d at{i * 10.0 + random.uniform(0, 6), random.uniform(0, 8),
+                         j * 10.0 + random.uniform(0, 6)};
+                add_box(at,
+                        at + Vec3d{random.uniform(0.2, 2), random.uniform(0.2, 6), random.uniform(0.2, 2)});
             }
     return raw;
 }
@@ -122,9 +125,11 @@ struct Embree {
         rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         std::size_t vertices = source.positions().size();
-        void* v = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, vertices);
+        void* v =
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, vertices);
         std::memcpy(v, source.positions().data(), vertices * 12);
-        void* i = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size());
+        void* i = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
+                                          triangles.size());
         std::memcpy(i, indices.data(), indices.size() * 4);
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(scene, geometry);
@@ -186,15 +191,17 @@ void compare(const std::string& name, const Scene& scene, std::size_t count) {
     for (std::size_t r = 0; r < rays.size(); ++r) {
         hit += bool(ours[r]);
         other_triangle += ours[r].triangle != theirs[r].triangle;
-        bool near = bool(ours[r]) == bool(theirs[r]) && (!ours[r] || std::abs(ours[r].t - theirs[r].t) <= 1e-4 * (1 + ours[r].t));
+        bool near = bool(ours[r]) == bool(theirs[r]) &&
+                    (!ours[r] || std::abs(ours[r].t - theirs[r].t) <= 1e-4 * (1 + ours[r].t));
         other_depth += !near;
     }
     double n = double(rays.size());
-    std::printf("%-28s %9zu tri  build %.2f s (Embree %.2f)  %4zu MB  ours %6.3f Mray/s  Embree %6.3f Mray/s  ratio %.2f  "
+    std::printf("%-28s %9zu tri  build %.2f s (Embree %.2f)  %4zu MB  ours %6.3f Mray/s  Embree %6.3f Mray/s "
+                " ratio %.2f  "
                 "hits %.3f  other triangle %.2e  other depth %.2e\n",
-                name.c_str(), scene.triangles().size(), build, embree_build, tracer.memory_bytes() >> 20, n / our_best / 1e6,
-                n / their_best / 1e6, their_best / our_best, double(hit) / n, double(other_triangle) / n,
-                double(other_depth) / n);
+                name.c_str(), scene.triangles().size(), build, embree_build, tracer.memory_bytes() >> 20,
+                n / our_best / 1e6, n / their_best / 1e6, their_best / our_best, double(hit) / n,
+                double(other_triangle) / n, double(other_depth) / n);
     std::fflush(stdout);
 }
 

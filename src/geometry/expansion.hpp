@@ -1,9 +1,10 @@
-// Exact sums and products of doubles, as expansions: arrays of doubles, smallest first, that do not overlap and whose
-// sum is the value (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
-// 1997). Zeros are left out, so the last component carries the sign; no component means zero.
+// Exact sums and products of doubles, as expansions: arrays of doubles, smallest first, that do not overlap
+// and whose sum is the value (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
+// Geometric Predicates", 1997). Zeros are left out, so the last component carries the sign; no component
+// means zero.
 //
-// Exact as long as nothing over- or underflows; rounds to nearest even; uses no FMA. Every operation here keeps its
-// results strongly nonoverlapping, which is what the next operation needs.
+// Exact as long as nothing over- or underflows; rounds to nearest even; uses no FMA. Every operation here
+// keeps its results strongly nonoverlapping, which is what the next operation needs.
 #pragma once
 
 #include <algorithm>
@@ -59,9 +60,7 @@ class Expansion {
   public:
     Expansion() = default;
     /// a - b
-    static Expansion difference(double a, double b)
-        requires(N == 2)
-    {
+    static Expansion difference(double a, double b) requires(N == 2) {
         double high, low;
         exact::two_sum(a, -b, high, low);
         Expansion result;

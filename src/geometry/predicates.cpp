@@ -9,7 +9,8 @@ namespace antumbra {
 namespace exact {
 
 std::size_t sum(std::span<const double> e, std::span<const double> f, double* h) {
-    // Merge by magnitude, then carry the running sum upwards (Shewchuk, FAST-EXPANSION-SUM with zero elimination).
+    // Merge by magnitude, then carry the running sum upwards (Shewchuk, FAST-EXPANSION-SUM with zero
+    // elimination).
     std::size_t i = 0, j = 0, count = 0;
     auto next = [&] {
         bool from_e = j == f.size() || (i < e.size() && std::abs(e[i]) < std::abs(f[j]));
@@ -68,16 +69,18 @@ struct Approximation {
 };
 
 /// Proof of the bound, after Shewchuk section 4.3. Each difference has relative error u. A 2x2 minor such as
-/// bx*cy - by*cx is off by at most (3u + 3u^2 + ..) (|bx cy| + |by cx|) of computed magnitudes for its products and
-/// differences, plus u of the result for its subtraction; times dz (2 more roundings), and two more sums: altogether
-/// 7u to first order, and Shewchuk shows that (7 + 56u) u times the *rounded* permanent covers all higher orders.
-/// 8u is used here, so that the roundings of the bound itself are covered with room to spare. Products that
-/// underflow lose at most 2^-1074 each: not covered, but out of the range that the header states.
+/// bx*cy - by*cx is off by at most (3u + 3u^2 + ..) (|bx cy| + |by cx|) of computed magnitudes for its
+/// products and differences, plus u of the result for its subtraction; times dz (2 more roundings), and two
+/// more sums: altogether 7u to first order, and Shewchuk shows that (7 + 56u) u times the *rounded* permanent
+/// covers all higher orders. 8u is used here, so that the roundings of the bound itself are covered with room
+/// to spare. Products that underflow lose at most 2^-1074 each: not covered, but out of the range that the
+/// header states.
 Approximation approximate(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     Vec3d u = b - a, v = c - a, w = d - a;
     double yz = u.y * v.z, zy = u.z * v.y, zx = u.z * v.x, xz = u.x * v.z, xy = u.x * v.y, yx = u.y * v.x;
     double value = (yz - zy) * w.x + (zx - xz) * w.y + (xy - yx) * w.z;
-    double permanent = (std::abs(yz) + std::abs(zy)) * std::abs(w.x) + (std::abs(zx) + std::abs(xz)) * std::abs(w.y) +
+    double permanent = (std::abs(yz) + std::abs(zy)) * std::abs(w.x) +
+                       (std::abs(zx) + std::abs(xz)) * std::abs(w.y) +
                        (std::abs(xy) + std::abs(yx)) * std::abs(w.z);
     return {value, 8 * kUnit * permanent};
 }
@@ -95,14 +98,17 @@ Approximation cross_difference(const Approximation& a, const Approximation& b, c
     double left = a.value * b.value, right = c.value * d.value;
     double carried = std::abs(a.value) * b.error + a.error * (std::abs(b.value) + b.error) +
                      std::abs(c.value) * d.error + c.error * (std::abs(d.value) + d.error);
-    // Two products and a difference round by at most 3u (|left| + |right|) to first order; `carried` sums nonnegative
-    // numbers in at most 6 roundings, which the factor 1 + 2^-48 outweighs.
+    // Two products and a difference round by at most 3u (|left| + |right|) to first order; `carried` sums
+    // nonnegative numbers in at most 6 roundings, which the factor 1 + 2^-48 outweighs.
     return {left - right, (carried + 4 * kUnit * (std::abs(left) + std::abs(right))) * (1 + 0x1p-48)};
 }
 
-int sign_of(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
+int sign_of(double value) {
+    return value > 0 ? 1 : value < 0 ? -1 : 0;
+}
 
-/// A sign that the bound proves; 2: undecided. A bound of zero means that all products are zero: so is the value.
+/// A sign that the bound proves; 2: undecided. A bound of zero means that all products are zero: so is the
+/// value.
 int proven_sign(const Approximation& value) {
     if (value.error == 0)
         return sign_of(value.value);
@@ -198,9 +204,11 @@ int counted(int sign, bool exactly, PredicateTally* tally) {
     return sign;
 }
 
-/// xp / (xp - xq) - yp / (yp - yq) = (yp xq - xp yq) / ((xp - xq) (yp - yq)): its sign from those of the cross
-/// difference on top and of the two factors below.
-int compare_ratios(int cross, int x_denominator, int y_denominator) { return cross * x_denominator * y_denominator; }
+/// xp / (xp - xq) - yp / (yp - yq) = (yp xq - xp yq) / ((xp - xq) (yp - yq)): its sign from those of the
+/// cross difference on top and of the two factors below.
+int compare_ratios(int cross, int x_denominator, int y_denominator) {
+    return cross * x_denominator * y_denominator;
+}
 
 } // namespace
 
@@ -215,15 +223,20 @@ bool in_exact_range(const Vec3d& p) {
 
 namespace exact {
 
-int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) { return orient3d_expansion(a, b, c, d).sign(); }
+int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+    return orient3d_expansion(a, b, c, d).sign();
+}
 
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis) {
     return orient2d_expansion(a, b, c, (axis + 1) % 3, (axis + 2) % 3).sign();
 }
 
-int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second) {
-    auto fp = orient3d_expansion(first.a, first.b, first.c, p), fq = orient3d_expansion(first.a, first.b, first.c, q);
-    auto sp = orient3d_expansion(second.a, second.b, second.c, p), sq = orient3d_expansion(second.a, second.b, second.c, q);
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first,
+                      const TrianglePoints& second) {
+    auto fp = orient3d_expansion(first.a, first.b, first.c, p),
+         fq = orient3d_expansion(first.a, first.b, first.c, q);
+    auto sp = orient3d_expansion(second.a, second.b, second.c, p),
+         sq = orient3d_expansion(second.a, second.b, second.c, q);
     return compare_ratios(cross_sign(sp, fq, fp, sq), (fp - fq).sign(), (sp - sq).sign());
 }
 
@@ -244,14 +257,19 @@ int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis, Predicate
     return counted(exact::orient2d(a, b, c, axis), true, tally);
 }
 
-int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second,
-                      PredicateTally* tally) {
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first,
+                      const TrianglePoints& second, PredicateTally* tally) {
     // Heights over the planes at p and q; the line meets a plane at t = at p / (at p - at q).
-    Approximation fp = approximate(first.a, first.b, first.c, p), fq = approximate(first.a, first.b, first.c, q);
-    Approximation sp = approximate(second.a, second.b, second.c, p), sq = approximate(second.a, second.b, second.c, q);
-    Approximation f_fall{fp.value - fq.value, (fp.error + fq.error + kUnit * (std::abs(fp.value) + std::abs(fq.value))) * 1.001};
-    Approximation s_fall{sp.value - sq.value, (sp.error + sq.error + kUnit * (std::abs(sp.value) + std::abs(sq.value))) * 1.001};
-    int f_sign = proven_sign(f_fall), s_sign = proven_sign(s_fall), cross = proven_sign(cross_difference(sp, fq, fp, sq));
+    Approximation fp = approximate(first.a, first.b, first.c, p),
+                  fq = approximate(first.a, first.b, first.c, q);
+    Approximation sp = approximate(second.a, second.b, second.c, p),
+                  sq = approximate(second.a, second.b, second.c, q);
+    Approximation f_fall{fp.value - fq.value,
+                         (fp.error + fq.error + kUnit * (std::abs(fp.value) + std::abs(fq.value))) * 1.001};
+    Approximation s_fall{sp.value - sq.value,
+                         (sp.error + sq.error + kUnit * (std::abs(sp.value) + std::abs(sq.value))) * 1.001};
+    int f_sign = proven_sign(f_fall), s_sign = proven_sign(s_fall),
+        cross = proven_sign(cross_difference(sp, fq, fp, sq));
     if (f_sign != 2 && s_sign != 2 && cross != 2)
         return counted(compare_ratios(cross, f_sign, s_sign), false, tally);
     return counted(exact::compare_crossings(p, q, first, second), true, tally);
@@ -262,7 +280,8 @@ int compare_edge_crossing(const Vec3d& p, const Vec3d& q, const Vec3d& a, const 
     // Rare (the line lies in a triangle's plane): exact at once.
     int i = (axis + 1) % 3, j = (axis + 2) % 3;
     auto ep = orient2d_expansion(a, b, p, i, j), eq = orient2d_expansion(a, b, q, i, j);
-    auto tp = orient3d_expansion(triangle.a, triangle.b, triangle.c, p), tq = orient3d_expansion(triangle.a, triangle.b, triangle.c, q);
+    auto tp = orient3d_expansion(triangle.a, triangle.b, triangle.c, p),
+         tq = orient3d_expansion(triangle.a, triangle.b, triangle.c, q);
     int cross = cross_sign(tp, eq, tq, ep); // (tp eq - ep tq), as in compare_ratios
     return counted(compare_ratios(cross, (ep - eq).sign(), (tp - tq).sign()), true, tally);
 }

@@ -1,8 +1,8 @@
-// Signs of geometric determinants, right for every input: a filter in doubles first, exact expansions where it cannot
-// decide. Same answer on every machine (no FMA, no extended precision, nothing but IEEE doubles).
+// Signs of geometric determinants, right for every input: a filter in doubles first, exact expansions where
+// it cannot decide. Same answer on every machine (no FMA, no extended precision, nothing but IEEE doubles).
 //
-// Exact as long as every coordinate is zero or has all its bits between 2^-150 and 2^150: see in_exact_range().
-// Thread-safe; a filtered call costs about 10 ns, an exact one a few microseconds.
+// Exact as long as every coordinate is zero or has all its bits between 2^-150 and 2^150: see
+// in_exact_range(). Thread-safe; a filtered call costs about 10 ns, an exact one a few microseconds.
 #pragma once
 
 #include <antumbra/math.hpp>
@@ -25,26 +25,26 @@ struct PredicateTally {
 /// Whether the predicates are proven for this point.
 bool in_exact_range(const Vec3d& p);
 
-/// Sign of ((b - a) x (c - a)) . (d - a): 1 if d lies in front of the triangle abc (counter-clockwise seen from d),
-/// -1 behind, 0 in its plane.
+/// Sign of ((b - a) x (c - a)) . (d - a): 1 if d lies in front of the triangle abc (counter-clockwise seen
+/// from d), -1 behind, 0 in its plane.
 int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d, PredicateTally* tally = nullptr);
 
-/// Sign of (b - a) x (c - a) in the plane left when the coordinate `axis` is dropped (the next two, in cyclic order,
-/// stay).
+/// Sign of (b - a) x (c - a) in the plane left when the coordinate `axis` is dropped (the next two, in cyclic
+/// order, stay).
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis, PredicateTally* tally = nullptr);
 
 struct TrianglePoints {
     Vec3d a, b, c;
 };
 
-/// Compares where the line p + t (q - p) meets the planes of two triangles: sign of t(first) - t(second). The line
-/// must not be parallel to either plane.
-int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second,
-                      PredicateTally* tally = nullptr);
+/// Compares where the line p + t (q - p) meets the planes of two triangles: sign of t(first) - t(second). The
+/// line must not be parallel to either plane.
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first,
+                      const TrianglePoints& second, PredicateTally* tally = nullptr);
 
-/// The same for a plane and the point where the line, which lies in the plane of a, b and of coordinate axis `axis`,
-/// meets the line ab there: sign of t(edge ab, seen along `axis`) - t(triangle). The line must not be parallel to
-/// the plane, nor, seen along `axis`, to ab.
+/// The same for a plane and the point where the line, which lies in the plane of a, b and of coordinate axis
+/// `axis`, meets the line ab there: sign of t(edge ab, seen along `axis`) - t(triangle). The line must not be
+/// parallel to the plane, nor, seen along `axis`, to ab.
 int compare_edge_crossing(const Vec3d& p, const Vec3d& q, const Vec3d& a, const Vec3d& b, int axis,
                           const TrianglePoints& triangle, PredicateTally* tally = nullptr);
 
@@ -52,7 +52,8 @@ int compare_edge_crossing(const Vec3d& p, const Vec3d& q, const Vec3d& a, const 
 namespace exact {
 int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 int orient2d(const Vec3d& a, const Vec3d& b, const Vec3d& c, int axis);
-int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first, const TrianglePoints& second);
+int compare_crossings(const Vec3d& p, const Vec3d& q, const TrianglePoints& first,
+                      const TrianglePoints& second);
 } // namespace exact
 
 } // namespace antumbra

@@ -17,7 +17,8 @@ enum class Pass : std::uint8_t {
 
 struct Passing {
     Pass pass = Pass::misses;
-    int fall = 0; ///< 1: the line goes from front to back of the triangle, -1: from back to front; 0: in its plane
+    int fall =
+        0; ///< 1: the line goes from front to back of the triangle, -1: from back to front; 0: in its plane
 };
 
 /// One line of sight and what bounds it: the plane of a target, or the point q itself.
@@ -60,14 +61,15 @@ class Sight {
         if (passing.pass == Pass::in_plane)
             return coplanar_touch(t) ? Verdict::degenerate : Verdict::clear;
         if (!double_sided && passing.fall < 0)
-            return Verdict::clear; // it shows its back
+            return Verdict::clear;                 // it shows its back
         int start = height_of_p(t) * passing.fall; // > 0: the plane lies ahead
         if (start < 0)
             return Verdict::clear;
         int order = compare_with_end(t, passing.fall); // of the crossing
         if (order > 0 || (at_target_ && order == 0 && coplanar_with_target(t)))
             return Verdict::clear;
-        return passing.pass == Pass::crosses && start > 0 && order < 0 ? Verdict::blocked : Verdict::degenerate;
+        return passing.pass == Pass::crosses && start > 0 && order < 0 ? Verdict::blocked
+                                                                       : Verdict::degenerate;
     }
 
   private:
@@ -84,7 +86,8 @@ class Sight {
                orient3d(s.a, s.b, s.c, t.c, tally_) == 0;
     }
 
-    /// The line lies in the plane of `t`: does the closed stretch from p to the end touch the closed triangle?
+    /// The line lies in the plane of `t`: does the closed stretch from p to the end touch the closed
+    /// triangle?
     bool coplanar_touch(const TrianglePoints& t) const {
         // Drop an axis along which the triangle keeps its area.
         int axis = 0;
@@ -125,7 +128,8 @@ class Sight {
 };
 
 /// The worst over all blockers: blocked beats degenerate beats clear.
-Verdict judge(const Scene& scene, const Sight& sight, const std::vector<std::uint32_t>& near, std::uint32_t target) {
+Verdict judge(const Scene& scene, const Sight& sight, const std::vector<std::uint32_t>& near,
+              std::uint32_t target) {
     Verdict verdict = Verdict::clear;
     for (std::uint32_t triangle : near) {
         if (triangle == target)
@@ -139,10 +143,13 @@ Verdict judge(const Scene& scene, const Sight& sight, const std::vector<std::uin
     return verdict;
 }
 
-/// Not before the point where the ray from p along d meets the triangle, in units of d. Measured along the largest
-/// component, where it is well conditioned whatever the angle: a few roundings, which the factor outweighs.
+/// Not before the point where the ray from p along d meets the triangle, in units of d. Measured along the
+/// largest component, where it is well conditioned whatever the angle: a few roundings, which the factor
+/// outweighs.
 double end_beyond(const TrianglePoints& t, const Vec3d& p, const Vec3d& d) {
-    int axis = std::abs(d.x) >= std::max(std::abs(d.y), std::abs(d.z)) ? 0 : std::abs(d.y) >= std::abs(d.z) ? 1 : 2;
+    int axis = std::abs(d.x) >= std::max(std::abs(d.y), std::abs(d.z)) ? 0
+               : std::abs(d.y) >= std::abs(d.z)                        ? 1
+                                                                       : 2;
     double end = std::max({(t.a[axis] - p[axis]) / d[axis], (t.b[axis] - p[axis]) / d[axis],
                            (t.c[axis] - p[axis]) / d[axis], 0.0});
     return end * (1 + 0x1p-48);
@@ -156,7 +163,8 @@ std::vector<std::uint32_t>& candidates() {
 
 } // namespace
 
-Verdict Arbiter::sees(const Vec3d& eye, const Vec3d& toward, std::uint32_t target, PredicateTally* tally) const {
+Verdict Arbiter::sees(const Vec3d& eye, const Vec3d& toward, std::uint32_t target,
+                      PredicateTally* tally) const {
     const Scene& scene = tracer_.scene();
     if (!in_exact_range(eye) || !in_exact_range(toward) || eye == toward)
         return Verdict::degenerate;

@@ -19,8 +19,12 @@ namespace {
 class FlushDenormals {
   public:
 #if defined(__x86_64__)
-    FlushDenormals() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | 0x8040u); }
-    ~FlushDenormals() { _mm_setcsr(saved_); }
+    FlushDenormals() : saved_(_mm_getcsr()) {
+        _mm_setcsr(saved_ | 0x8040u);
+    }
+    ~FlushDenormals() {
+        _mm_setcsr(saved_);
+    }
 
   private:
     unsigned saved_;
@@ -46,7 +50,8 @@ void reject_backs(const RTCFilterFunctionNArguments* arguments) {
 struct EmbreeCaster::Implementation {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
-    std::vector<std::uint32_t> triangles[2]; ///< by geometry (0: double-sided, 1: single-sided): index in the Scene
+    std::vector<std::uint32_t>
+        triangles[2]; ///< by geometry (0: double-sided, 1: single-sided): index in the Scene
 
     ~Implementation() {
         if (scene)
@@ -58,9 +63,11 @@ struct EmbreeCaster::Implementation {
     void attach(const Scene& source, unsigned id) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
         std::size_t vertices = source.positions().size(), count = triangles[id].size();
-        if (void* to = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, vertices))
+        if (void* to =
+                rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, vertices))
             std::memcpy(to, source.positions().data(), vertices * 12);
-        if (void* to = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count))
+        if (void* to =
+                rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count))
             for (std::size_t i = 0; i < count; ++i)
                 std::memcpy(static_cast<char*>(to) + 12 * i, source.triangles()[triangles[id][i]].data(), 12);
         if (id == 1)
@@ -75,8 +82,11 @@ struct EmbreeCaster::Implementation {
         if (error == RTC_ERROR_NONE)
             return {};
         if (error == RTC_ERROR_OUT_OF_MEMORY)
-            return Status(ErrorCode::limit, "not enough memory for Embree's hierarchy; close other programs or split the scene");
-        return Status(ErrorCode::internal, "Embree refused to build (error " + std::to_string(error) + "); please report");
+            return Status(
+                ErrorCode::limit,
+                "not enough memory for Embree's hierarchy; close other programs or split the scene");
+        return Status(ErrorCode::internal,
+                      "Embree refused to build (error " + std::to_string(error) + "); please report");
     }
 
     Hit cast(const Ray& ray, RTCIntersectContext& context) const {
@@ -101,7 +111,8 @@ struct EmbreeCaster::Implementation {
     }
 };
 
-EmbreeCaster::EmbreeCaster(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+EmbreeCaster::EmbreeCaster(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
 EmbreeCaster::~EmbreeCaster() = default;
 EmbreeCaster::EmbreeCaster(EmbreeCaster&&) noexcept = default;
 EmbreeCaster& EmbreeCaster::operator=(EmbreeCaster&&) noexcept = default;
@@ -111,7 +122,8 @@ Result<EmbreeCaster> EmbreeCaster::build(const Scene& scene, const Job& job) {
     Implementation& embree = *implementation;
     embree.device = rtcNewDevice(("threads=" + std::to_string(worker_count(job))).c_str());
     if (!embree.device)
-        return Status(ErrorCode::internal, "Embree does not run on this machine; use the strict tracer instead");
+        return Status(ErrorCode::internal,
+                      "Embree does not run on this machine; use the strict tracer instead");
     embree.scene = rtcNewScene(embree.device);
     rtcSetSceneFlags(embree.scene, RTC_SCENE_FLAG_ROBUST);
     for (std::uint32_t t = 0; t < scene.triangles().size(); ++t)

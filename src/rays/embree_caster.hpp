@@ -1,8 +1,8 @@
 // Embree behind the caster's interface: a fast proposer in floats.
 //
-// Its answers depend on the instruction set (Embree picks its kernels, with or without FMA, at run time) and on float rounding, and rays
-// may leak through edges (its own tests tolerate 2e-5). So no bit that is stored and no verdict may come from it:
-// whatever it proposes has to be confirmed by the Tracer or the Arbiter.
+// Its answers depend on the instruction set (Embree picks its kernels, with or without FMA, at run time) and
+// on float rounding, and rays may leak through edges (its own tests tolerate 2e-5). So no bit that is stored
+// and no verdict may come from it: whatever it proposes has to be confirmed by the Tracer or the Arbiter.
 #pragma once
 
 #include "rays/caster.hpp"
@@ -24,8 +24,8 @@ class EmbreeCaster final : public FirstHitCaster {
     EmbreeCaster(EmbreeCaster&&) noexcept;
     EmbreeCaster& operator=(EmbreeCaster&&) noexcept;
 
-    /// Origins and directions are rounded to float. Of tied triangles any one is given. Denormals are flushed to zero within
-    /// the call only.
+    /// Origins and directions are rounded to float. Of tied triangles any one is given. Denormals are flushed
+    /// to zero within the call only.
     void first_hits(std::span<const Ray> rays, std::span<Hit> hits) const override;
 
   private:

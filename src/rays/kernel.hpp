@@ -1,5 +1,6 @@
-// The inner loops of the tracer, one set of entry points per instruction set. All sets give the same bits: a hit
-// is decided per (ray, triangle) by the operations written down in kernel.inl, in that order; the tree only prunes.
+// The inner loops of the tracer, one set of entry points per instruction set. All sets give the same bits: a
+// hit is decided per (ray, triangle) by the operations written down in kernel.inl, in that order; the tree
+// only prunes.
 #pragma once
 
 #include "rays/caster.hpp"
@@ -16,6 +17,11 @@ struct HitSink {
 
 struct Kernel {
     const char* name;
+    /// rays::prepare().
+    bool (*prepare)(const Ray& ray, double scene_size, PreparedRay& prepared);
+    /// The nearest triangle drawn towards each ray, with t in units of the ray's own direction.
+    void (*first_hits)(const TreeView& tree, double scene_size, std::span<const Ray> rays,
+                       std::span<Hit> hits);
     /// The nearest triangle drawn towards the ray, if nearer than best.t or tied with a lower index.
     void (*nearest)(const TreeView& tree, const PreparedRay& ray, Hit& best);
     /// The same, and reports every candidate that improved `best` or tied with it.

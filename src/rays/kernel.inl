@@ -1,25 +1,28 @@
 // Walks and tests, generic over a policy that supplies:
-//   int  enter(node, ray, limit, distance[kWidth])   bit per child whose box the ray enters at or before `limit`
-//   int  cover(block, ray, Candidates&)              bit per lane whose triangle the ray's line passes
-// Included by one source file per instruction set, after its headers, inside an anonymous namespace, so that no
-// two copies can be mixed up by the linker.
+//   int  enter(node, ray, limit, distance[kWidth])   bit per child whose box the ray enters at or before
+//   `limit` int  cover(block, ray, Candidates&)              bit per lane whose triangle the ray's line
+//   passes
+// Included by one source file per instruction set, after its headers, inside an anonymous namespace, so that
+// no two copies can be mixed up by the linker.
 
 /// A float not below t >= 0.
-inline float float_above(double t) { return static_cast<float>(t) * (1 + 0x1p-22f); }
+inline float float_above(double t) {
+    return static_cast<float>(t) * (1 + 0x1p-22f);
+}
 
 /// What a triangle test leaves for the lanes that passed it.
-struct alignas(32) Candidates {
+struct alignas(64) Candidates {
     double t[kLanes];
     double area[kLanes]; ///< sign: the turning direction as seen along the ray's main axis
 };
 
-/// Clamps t into the stretch of the ray inside the triangle's own box, grown by ray.margin; false if there is none
-/// at positive t.
+/// Clamps t into the stretch of the ray inside the triangle's own box, grown by ray.margin; false if there is
+/// none at positive t.
 ///
-/// Why: with this clamp a hit's t lies in the stretch of every box around the triangle, as the walk computes it (see
-/// `enter`), so pruning never drops a hit: the answer does not depend on the tree. And it throws out the hits that
-/// rounding invents far away from a triangle whose plane holds the ray. It never throws out a ray that passes
-/// within the margin of a point of the triangle.
+/// Why: with this clamp a hit's t lies in the stretch of every box around the triangle, as the walk computes
+/// it (see `enter`), so pruning never drops a hit: the answer does not depend on the tree. And it throws out
+/// the hits that rounding invents far away from a triangle whose plane holds the ray. It never throws out a
+/// ray that passes within the margin of a point of the triangle.
 inline bool clamp_to_box(const Block& block, int lane, const PreparedRay& ray, double& t) {
     double enter = 0, leave = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 3; ++k) {
@@ -107,7 +110,7 @@ inline void walk(const TreeView& tree, const PreparedRay& ray, double limit, Con
     for (;;) {
         if (entry.count == 0) {
             const Node& node = tree.nodes[entry.first];
-            alignas(32) float distance[kWidth];
+            alignas(64) float distance[kWidth];
             int children = Policy::enter(node, ray, limit_above, distance);
             if (children)
                 push_children(node, distance, children, stack, depth);
@@ -140,23 +143,44 @@ void nearest(const TreeView& tree, const PreparedRay& ray, Hit& best) {
 
 template <class Policy, bool all_sides>
 void nearest_reported(const TreeView& tree, const PreparedRay& ray, Hit& best, const HitSink& sink) {
-    walk<Policy, all_sides>(tree, ray, best.t, [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
-        if (t < best.t || triangle < best.triangle)
-            best = {t, triangle};
-        sink.add(sink.self, t, triangle, front, double_sided);
-        return best.t;
-    });
+    walk<Policy, all_sides>(tree, ray, best.t,
+                            [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
+                                if (t < best.t || triangle < best.triangle)
+                                    best = {t, triangle};
+                                sink.add(sink.self, t, triangle, front, double_sided);
+                                return best.t;
+                            });
 }
 
 template <class Policy>
 void all(const TreeView& tree, const PreparedRay& ray, double limit, const HitSink& sink) {
-    walk<Policy, false>(tree, ray, limit, [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
-        sink.add(sink.self, t, triangle, front, double_sided);
-        return limit;
-    });
+    walk<Policy, false>(tree, ray, limit,
+                        [&](double t, std::uint32_t triangle, bool front, bool double_sided) {
+                            sink.add(sink.self, t, triangle, front, double_sided);
+                            return limit;
+                        });
+}
+
+template <class Policy>
+void first_hits(const TreeView& tree, double scene_size, std::span<const Ray> rays, std::span<Hit> hits) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        PreparedRay ray;
+        Hit hit;
+        if (Policy::prepare(rays[i], scene_size, ray)) {
+            nearest<Policy>(tree, ray, hit);
+            hit.t *= ray.unit;
+        }
+        hits[i] = hit;
+    }
 }
 
 template <class Policy>
 constexpr Kernel make_kernel(const char* name) {
-    return {name, nearest<Policy>, nearest_reported<Policy, false>, all<Policy>, nearest_reported<Policy, true>};
+    return {name,
+            Policy::prepare,
+            first_hits<Policy>,
+            nearest<Policy>,
+            nearest_reported<Policy, false>,
+            all<Policy>,
+            nearest_reported<Policy, true>};
 }

@@ -1,24 +1,13 @@
 #include "rays/prepared_ray.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace antumbra::rays {
 namespace {
 
-constexpr double kFarthestOrigin = 0x1p100;
-constexpr double kLargestInverse = 0x1p64;
-constexpr double kMargin = 0x1p-46;
-
-double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
-/// 2^-e for x = f * 2^e, f in [1, 2), x normal.
-double inverse_power(double x) {
-    auto exponent = std::bit_cast<std::uint64_t>(x) >> 52; // biased: e + 1023
-    if (exponent >= 2046)
-        return 0x1p-1023;
-    return std::bit_cast<double>((2046 - exponent) << 52);
+double largest(const Vec3d& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
 } // namespace
@@ -30,7 +19,7 @@ bool prepare(const Vec3d& origin, const Vec3d& direction, double scene_size, Pre
                   std::isfinite(origin.x * 0x1p-2 + origin.y * 0x1p-2 + origin.z * 0x1p-2);
     if (!(size > 0) || !finite || !(reach <= kFarthestOrigin))
         return false;
-    if (size < 0x1p-900) {
+    if (size < kSmallestFast) {
         bool possible = prepare(origin, direction * 0x1p600, scene_size, ray);
         ray.unit *= 0x1p600;
         return possible;
@@ -47,7 +36,8 @@ bool prepare(const Vec3d& origin, const Vec3d& direction, double scene_size, Pre
             z = k;
         ray.inverse[k] = std::abs(d) < 1 / kLargestInverse ? std::copysign(kLargestInverse, d) : 1 / d;
         bool down = ray.inverse[k] < 0;
-        double outward = 2 * ray.margin + std::abs(o) * 0x1p-22; // the second part outweighs rounding to float
+        double outward =
+            2 * ray.margin + std::abs(o) * 0x1p-22; // the second part outweighs rounding to float
         ray.near_origin[k] = static_cast<float>(down ? o - outward : o + outward);
         ray.far_origin[k] = static_cast<float>(down ? o + outward : o - outward);
         ray.near_inverse[k] = static_cast<float>(ray.inverse[k] * (1 - 0x1p-21));
@@ -55,13 +45,7 @@ bool prepare(const Vec3d& origin, const Vec3d& direction, double scene_size, Pre
         ray.near_row[k] = 2 * k + down;
         ray.far_row[k] = 2 * k + !down;
     }
-    ray.axis_z = z;
-    ray.axis_x = z == 2 ? 0 : z + 1;
-    ray.axis_y = z == 0 ? 2 : z - 1;
-    ray.shear_z = 1 / ray.direction[z];
-    ray.shear_x = ray.direction[ray.axis_x] / ray.direction[z];
-    ray.shear_y = ray.direction[ray.axis_y] / ray.direction[z];
-    ray.against = ray.direction[z] < 0;
+    choose_axes(z, ray);
     return true;
 }
 

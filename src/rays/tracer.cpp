@@ -11,14 +11,16 @@ using rays::Block;
 using rays::HitSink;
 using rays::Kernel;
 using rays::Node;
-using rays::PreparedRay;
 using rays::prepare;
+using rays::PreparedRay;
 using rays::TreeView;
 using rays::TriangleTree;
 
 namespace {
 
-double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+double largest(const Vec3d& v) {
+    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
 
 } // namespace
 
@@ -29,7 +31,7 @@ struct Tracer::Tree {
     const Kernel* kernel = nullptr;
 
     bool prepared(const Ray& ray, PreparedRay& prepared) const {
-        return prepare(ray.origin, ray.direction, size, prepared);
+        return kernel->prepare(ray, size, prepared);
     }
 };
 
@@ -54,23 +56,22 @@ Tracer Tracer::build(const Scene& scene, const Job& job) {
     return tracer;
 }
 
-const Scene& Tracer::scene() const { return *tree_->scene; }
+const Scene& Tracer::scene() const {
+    return *tree_->scene;
+}
 
-std::size_t Tracer::memory_bytes() const { return tree_->occluding.bytes() + tree_->open.bytes(); }
+std::size_t Tracer::memory_bytes() const {
+    return tree_->occluding.bytes() + tree_->open.bytes();
+}
 
 Hit Tracer::first_hit(const Ray& ray) const {
-    PreparedRay prepared;
     Hit hit;
-    if (!tree_->prepared(ray, prepared))
-        return hit;
-    tree_->kernel->nearest(tree_->occluding.view(), prepared, hit);
-    hit.t = hit.t * prepared.unit;
+    first_hits({&ray, 1}, {&hit, 1});
     return hit;
 }
 
 void Tracer::first_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = first_hit(rays[i]);
+    tree_->kernel->first_hits(tree_->occluding.view(), tree_->size, rays, hits);
 }
 
 namespace {
@@ -144,7 +145,8 @@ Hit Tracer::nearest_surface(const Ray& ray, bool& back) const {
     tree_->kernel->surface(tree_->open.view(), prepared, hit, {Surface::add, &surface});
     if (!surface.best)
         return {};
-    back = !surface.front && !surface.double_sided && tree_->scene->object_of(surface.best.triangle).has(kOccludes);
+    back = !surface.front && !surface.double_sided &&
+           tree_->scene->object_of(surface.best.triangle).has(kOccludes);
     surface.best.t = surface.best.t * prepared.unit;
     return surface.best;
 }
@@ -198,7 +200,8 @@ void collect(const TreeView& tree, const PreparedRay& ray, double limit, std::ve
             }
             for (std::uint32_t b = node.first[i]; b < node.first[i] + node.count[i]; ++b)
                 for (int lane = 0; lane < rays::kLanes; ++lane)
-                    if (tree.blocks[b].triangle[lane] != kNoTriangle && near_lane(tree.blocks[b], lane, ray, limit))
+                    if (tree.blocks[b].triangle[lane] != kNoTriangle &&
+                        near_lane(tree.blocks[b], lane, ray, limit))
                         found.push_back(tree.blocks[b].triangle[lane]);
         }
     }
@@ -225,7 +228,8 @@ void Tracer::collect_near_ray(const Vec3d& p, const Vec3d& direction, double end
     found.clear();
     PreparedRay prepared;
     if (prepare(p, direction, tree_->size, prepared))
-        collect(tree_->occluding.view(), prepared, end / prepared.unit * (1 + 0x1p-40) + prepared.margin, found);
+        collect(tree_->occluding.view(), prepared, end / prepared.unit * (1 + 0x1p-40) + prepared.margin,
+                found);
 }
 
 namespace rays {

@@ -35,8 +35,8 @@ class Tracer final : public FirstHitCaster {
     /// `back` tells whether the ray met its back and the triangle is single-sided and occluding.
     Hit nearest_surface(const Ray& ray, bool& back) const;
 
-    /// Calls visit(triangle) for every triangle whose slightly enlarged box the segment p..q touches; a superset
-    /// of those that it meets, in no order. `visit` returns false to stop.
+    /// Calls visit(triangle) for every triangle whose slightly enlarged box the segment p..q touches; a
+    /// superset of those that it meets, in no order. `visit` returns false to stop.
     template <class Visit>
     void for_each_near_segment(const Vec3d& p, const Vec3d& q, Visit&& visit) const {
         std::vector<std::uint32_t> found = std::move(scratch()); // taken, so that `visit` may call this again

@@ -48,8 +48,8 @@ void clear_lanes(Block& block, int from) {
 
 } // namespace
 
-TriangleTree build_triangle_tree(const Scene& scene, std::span<const std::uint32_t> triangles, BvhOptions options,
-                                 const Job& job) {
+TriangleTree build_triangle_tree(const Scene& scene, std::span<const std::uint32_t> triangles,
+                                 BvhOptions options, const Job& job) {
     std::vector<Box3f> boxes(triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i)
         for (std::uint32_t v : scene.triangles()[triangles[i]])

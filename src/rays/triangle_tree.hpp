@@ -9,16 +9,17 @@
 
 namespace antumbra::rays {
 
-inline constexpr int kLanes = 4; ///< triangles in a block
-inline constexpr int kWidth = 8; ///< children of a node
-using Node = WideNode<kWidth>;   ///< `first` and `count` of a leaf are in blocks
+inline constexpr int kLanes = 8;  ///< triangles in a block
+inline constexpr int kWidth = 16; ///< children of a node
+using Node = WideNode<kWidth>;    ///< `first` and `count` of a leaf are in blocks
 
 /// Triangles side by side. Corners are sorted by position, so that t does not depend on the order in a file.
-struct alignas(16) Block {
-    float corner[3][3][kLanes];      ///< [corner][axis]; unused lanes hold one point three times, which is never hit
-    std::uint32_t triangle[kLanes];  ///< kNoTriangle in unused lanes
-    std::uint8_t flipped = 0;        ///< bit per lane: sorting turned the winding around
-    std::uint8_t double_sided = 0;   ///< bit per lane
+struct alignas(32) Block {
+    float corner[3][3]
+                [kLanes]; ///< [corner][axis]; unused lanes hold one point three times, which is never hit
+    std::uint32_t triangle[kLanes]; ///< kNoTriangle in unused lanes
+    std::uint8_t flipped = 0;       ///< bit per lane: sorting turned the winding around
+    std::uint8_t double_sided = 0;  ///< bit per lane
 };
 
 struct TreeView {
@@ -34,7 +35,7 @@ struct TriangleTree {
 };
 
 /// A tree over some of the scene's triangles. The options are those of the builder but for the block size.
-TriangleTree build_triangle_tree(const Scene& scene, std::span<const std::uint32_t> triangles, BvhOptions options = {},
-                                 const Job& job = {});
+TriangleTree build_triangle_tree(const Scene& scene, std::span<const std::uint32_t> triangles,
+                                 BvhOptions options = {}, const Job& job = {});
 
 } // namespace antumbra::rays

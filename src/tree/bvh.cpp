@@ -10,8 +10,8 @@ namespace {
 constexpr int kBins = 16;
 /// Below this depth nodes are cut in halves by count, which ends after at most 32 more levels.
 constexpr int kMedianDepth = 40;
-/// Subtrees of at most this share of all items are built as units of parallel work. A constant, so that the tree
-/// does not depend on the number of threads.
+/// Subtrees of at most this share of all items are built as units of parallel work. A constant, so that the
+/// tree does not depend on the number of threads.
 constexpr std::size_t kUnits = 64;
 constexpr std::size_t kSmallestUnit = 2048;
 
@@ -26,7 +26,9 @@ float half_area(const Box3f& box) {
 }
 
 /// Twice the centre: saves a multiplication and keeps the order.
-float key_of(const Box3f& box, int axis) { return box.min[axis] + box.max[axis]; }
+float key_of(const Box3f& box, int axis) {
+    return box.min[axis] + box.max[axis];
+}
 
 struct Bin {
     Box3f box;
@@ -110,10 +112,10 @@ class Builder {
             return task.begin;
         if (split.axis < 0) // all centres equal, or too deep: any halves will do
             return task.begin + count / 2;
-        auto middle = std::partition(items_.begin() + static_cast<std::ptrdiff_t>(task.begin),
-                                     items_.begin() + static_cast<std::ptrdiff_t>(task.end), [&](const Item& item) {
-                                         return binning.bin(item.box, split.axis) < split.bin;
-                                     });
+        auto middle =
+            std::partition(items_.begin() + static_cast<std::ptrdiff_t>(task.begin),
+                           items_.begin() + static_cast<std::ptrdiff_t>(task.end),
+                           [&](const Item& item) { return binning.bin(item.box, split.axis) < split.bin; });
         return static_cast<std::size_t>(middle - items_.begin());
     }
 
@@ -131,7 +133,8 @@ class Builder {
         std::array<std::array<Bin, kBins>, 3> bins;
         for (std::size_t i = task.begin; i < task.end; ++i)
             for (int k = 0; k < 3; ++k) {
-                Bin& bin = bins[static_cast<std::size_t>(k)][static_cast<std::size_t>(binning.bin(items_[i].box, k))];
+                Bin& bin = bins[static_cast<std::size_t>(k)]
+                               [static_cast<std::size_t>(binning.bin(items_[i].box, k))];
                 bin.box.extend(items_[i].box);
                 ++bin.count;
             }
@@ -157,7 +160,8 @@ class Builder {
         for (std::size_t b = 1; b < kBins; ++b) {
             box.extend(bins[b - 1].box);
             count += bins[b - 1].count;
-            float cost = count ? half_area(box) * blocks(count) + right[b] : std::numeric_limits<float>::infinity();
+            float cost =
+                count ? half_area(box) * blocks(count) + right[b] : std::numeric_limits<float>::infinity();
             if (cost < best.cost)
                 best = {axis, static_cast<int>(b), cost};
         }
@@ -224,13 +228,14 @@ void set_child(WideNode<N>& node, int slot, const Box3f& box, std::uint32_t firs
     node.count[slot] = count;
 }
 
-/// Chooses which descendants of a binary node become the children of a wide one, so that the expected cost of a
-/// ray is least (Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through compressed wide
-/// BVHs", 2017, section 3.1). cost(n, i): of the subtree at n as a forest of at most i roots.
+/// Chooses which descendants of a binary node become the children of a wide one, so that the expected cost of
+/// a ray is least (Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs through compressed
+/// wide BVHs", 2017, section 3.1). cost(n, i): of the subtree at n as a forest of at most i roots.
 template <int N>
 class Widener {
   public:
-    Widener(const Bvh& bvh, const BvhOptions& options) : bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
+    Widener(const Bvh& bvh, const BvhOptions& options)
+        : bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
         for (std::size_t n = bvh.nodes.size(); n-- > 0;) // children before parents
             plan(static_cast<std::uint32_t>(n));
     }
@@ -252,9 +257,9 @@ class Widener {
 
   private:
     struct Plan {
-        float cost[N];          ///< [i - 1]: as at most i roots, i = 1 .. N - 1; the last: its children as N roots
-        std::uint8_t left[N];   ///< [i - 1]: roots of the left child when there are i; 0: use fewer roots
-        bool leaf = false;      ///< as one root it is best a leaf
+        float cost[N]; ///< [i - 1]: as at most i roots, i = 1 .. N - 1; the last: its children as N roots
+        std::uint8_t left[N]; ///< [i - 1]: roots of the left child when there are i; 0: use fewer roots
+        bool leaf = false;    ///< as one root it is best a leaf
         std::uint32_t first, count;
     };
 
@@ -366,5 +371,6 @@ WideBvh<N> widen(Bvh bvh, const BvhOptions& options) {
 
 template WideBvh<4> widen<4>(Bvh bvh, const BvhOptions& options);
 template WideBvh<8> widen<8>(Bvh bvh, const BvhOptions& options);
+template WideBvh<16> widen<16>(Bvh bvh, const BvhOptions& options);
 
 } // namespace antumbra

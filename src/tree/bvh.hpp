@@ -1,8 +1,9 @@
 // A bounding-volume hierarchy over boxes: one builder and two node shapes for all users (rays, cullers).
 //
-// Built top-down with the binned surface-area heuristic (Wald, "On fast construction of SAH-based bounding volume
-// hierarchies", 2007): at each node the items' centres are counted into bins along every axis, and the cheapest
-// plane between bins wins. The tree is a pure function of the boxes and options, whatever the number of threads.
+// Built top-down with the binned surface-area heuristic (Wald, "On fast construction of SAH-based bounding
+// volume hierarchies", 2007): at each node the items' centres are counted into bins along every axis, and the
+// cheapest plane between bins wins. The tree is a pure function of the boxes and options, whatever the number
+// of threads.
 #pragma once
 
 #include <antumbra/job.hpp>
@@ -14,8 +15,8 @@
 
 namespace antumbra {
 
-/// A leaf (count > 0) holds the items Bvh::order[first .. first + count); an inner node's children are the nodes
-/// first and first + 1.
+/// A leaf (count > 0) holds the items Bvh::order[first .. first + count); an inner node's children are the
+/// nodes first and first + 1.
 struct BvhNode {
     Box3f box;
     std::uint32_t first = 0;
@@ -40,13 +41,13 @@ inline constexpr int kMaxBvhDepth = 72;
 /// O(n log n); about 0.7 s per million items on one thread. Boxes must be finite and not empty.
 Bvh build_bvh(std::span<const Box3f> boxes, const BvhOptions& options = {}, const Job& job = {});
 
-/// N children side by side, so that one SIMD instruction tests all. Unused slots have an empty box (min = +inf,
-/// max = -inf), which no walk enters.
+/// N children side by side, so that one SIMD instruction tests all. Unused slots have an empty box (min =
+/// +inf, max = -inf), which no walk enters.
 template <int N>
-struct alignas(32) WideNode {
-    float bounds[6][N];       ///< rows: min x, max x, min y, max y, min z, max z
-    std::uint32_t first[N];   ///< leaf: first item in `order`; inner: node index
-    std::uint32_t count[N];   ///< items of a leaf; 0: inner node or unused
+struct alignas(64) WideNode {
+    float bounds[6][N];     ///< rows: min x, max x, min y, max y, min z, max z
+    std::uint32_t first[N]; ///< leaf: first item in `order`; inner: node index
+    std::uint32_t count[N]; ///< items of a leaf; 0: inner node or unused
 };
 
 template <int N>
@@ -55,12 +56,13 @@ struct WideBvh {
     std::vector<std::uint32_t> order;
 };
 
-/// Gives every node up to N children, such that the expected cost of a ray is least; small subtrees may become
-/// leaves of at most options.leaf_size. Pass the options of the build. No deeper than the binary tree.
+/// Gives every node up to N children, such that the expected cost of a ray is least; small subtrees may
+/// become leaves of at most options.leaf_size. Pass the options of the build. No deeper than the binary tree.
 template <int N>
 WideBvh<N> widen(Bvh bvh, const BvhOptions& options = {});
 
 extern template WideBvh<4> widen<4>(Bvh bvh, const BvhOptions& options);
 extern template WideBvh<8> widen<8>(Bvh bvh, const BvhOptions& options);
+extern template WideBvh<16> widen<16>(Bvh bvh, const BvhOptions& options);
 
 } // namespace antumbra

@@ -98,7 +98,8 @@ TEST(Predicates, orient3d_is_right_where_differences_round) {
                 p[k] = std::ldexp(random.uniform(-1, 1), int(random.below(60)) - 30);
             return p;
         };
-        Vec3d a = point(), b = point(), c = point(), d = a + (b - a) * random.uniform() + (c - a) * random.uniform();
+        Vec3d a = point(), b = point(), c = point(),
+              d = a + (b - a) * random.uniform() + (c - a) * random.uniform();
         auto p = rational(a), q = rational(b), r = rational(c), s = rational(d);
         mpq_class u[3], v[3], w[3];
         for (std::size_t k = 0; k < 3; ++k) {
@@ -106,7 +107,8 @@ TEST(Predicates, orient3d_is_right_where_differences_round) {
             v[k] = r[k] - p[k];
             w[k] = s[k] - p[k];
         }
-        mpq_class det = u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+        mpq_class det = u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) +
+                        u[2] * (v[0] * w[1] - v[1] * w[0]);
         ASSERT_EQ(orient3d(a, b, c, d, &tally), sgn(det)) << i;
         ASSERT_EQ(exact::orient3d(a, b, c, d), sgn(det)) << i;
     }
@@ -135,17 +137,21 @@ TEST(Predicates, crossings_are_ordered_right_where_planes_nearly_meet_on_the_lin
     for (std::uint32_t i = 0; i < 200'000; ++i) {
         Random random(4, i);
         double size = i % 3 == 0 ? 8 : i % 3 == 1 ? 0x1p20 : 0x1p45;
-        TrianglePoints first{random_point(random, size), random_point(random, size), random_point(random, size)};
+        TrianglePoints first{random_point(random, size), random_point(random, size),
+                             random_point(random, size)};
         // The second plane is the first, moved by a grid step or not; or shares an edge that the line passes.
-        TrianglePoints second{near_plane(random, first.a, first.b, first.c), near_plane(random, first.a, first.b, first.c),
+        TrianglePoints second{near_plane(random, first.a, first.b, first.c),
+                              near_plane(random, first.a, first.b, first.c),
                               near_plane(random, first.a, first.b, first.c)};
         Vec3d p = random_point(random, size), q = random_point(random, size);
         if (random.below(2)) {
             second = {first.a, first.b, random_point(random, size)};
             q = near_plane(random, first.a, first.b, first.a); // on the shared edge, or nearly
         }
-        Integer fp = determinant(first.a, first.b, first.c, p), fq = determinant(first.a, first.b, first.c, q);
-        Integer sp = determinant(second.a, second.b, second.c, p), sq = determinant(second.a, second.b, second.c, q);
+        Integer fp = determinant(first.a, first.b, first.c, p),
+                fq = determinant(first.a, first.b, first.c, q);
+        Integer sp = determinant(second.a, second.b, second.c, p),
+                sq = determinant(second.a, second.b, second.c, q);
         if (fp == fq || sp == sq)
             continue;
         int expected = cmp(mpq_class(fp) / (fp - fq), mpq_class(sp) / (sp - sq));

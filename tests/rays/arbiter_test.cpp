@@ -23,9 +23,12 @@ struct Counts {
 Vec3d any_point(Random& random, std::uint32_t size) {
     Vec3d p = soups::grid_point(random, size);
     switch (random.below(4)) {
-    case 0: return p;
-    case 1: return (p + soups::grid_point(random, size)) * 0.5;
-    default: return {random.uniform(0, size), random.uniform(0, size), random.uniform(0, size)};
+    case 0:
+        return p;
+    case 1:
+        return (p + soups::grid_point(random, size)) * 0.5;
+    default:
+        return {random.uniform(0, size), random.uniform(0, size), random.uniform(0, size)};
     }
 }
 
@@ -44,7 +47,8 @@ void compare_with_reference(std::uint32_t size, std::uint32_t triangles, int sce
                 continue;
             auto target = random.below(std::uint32_t(scene.triangles().size()));
             if (random.below(2)) // aim at the target, so that misses do not drown everything
-                q = (scene.vertex(target, 0) * 0.5 + scene.vertex(target, 1) * 0.25) + scene.vertex(target, 2) * 0.25;
+                q = (scene.vertex(target, 0) * 0.5 + scene.vertex(target, 1) * 0.25) +
+                    scene.vertex(target, 2) * 0.25;
             if (p == q)
                 continue;
             Verdict seen = arbiter.sees(p, q, target, &tally);
@@ -62,10 +66,18 @@ void compare_with_reference(std::uint32_t size, std::uint32_t triangles, int sce
     EXPECT_GT(tally.exact, std::uint64_t(scenes));
 }
 
-TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_4) { compare_with_reference(4, 8, 1000, 30, false); }
-TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_8) { compare_with_reference(8, 12, 1000, 30, false); }
-TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_16) { compare_with_reference(16, 20, 500, 30, true); }
-TEST(Arbiter, agrees_with_brute_force_with_all_flags_on_a_grid_of_4) { compare_with_reference(4, 8, 1000, 30, true); }
+TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_4) {
+    compare_with_reference(4, 8, 1000, 30, false);
+}
+TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_8) {
+    compare_with_reference(8, 12, 1000, 30, false);
+}
+TEST(Arbiter, agrees_with_brute_force_on_a_grid_of_16) {
+    compare_with_reference(16, 20, 500, 30, true);
+}
+TEST(Arbiter, agrees_with_brute_force_with_all_flags_on_a_grid_of_4) {
+    compare_with_reference(4, 8, 1000, 30, true);
+}
 
 // Lattice points far from the origin: local coordinates stay small, but the snapped step grows.
 TEST(Arbiter, agrees_with_brute_force_far_from_the_origin) {
@@ -80,11 +92,15 @@ TEST(Arbiter, agrees_with_brute_force_far_from_the_origin) {
                 auto target = random.below(std::uint32_t(scene.triangles().size()));
                 auto other = random.below(std::uint32_t(scene.triangles().size()));
                 Vec3d p = i % 2 ? scene.vertex(other, 0) : soups::random_point(random, 12);
-                Vec3d q = i % 3 ? (scene.vertex(target, 0) + scene.vertex(target, 1) * 2 + scene.vertex(target, 2)) * 0.25
-                                : scene.vertex(target, 1);
+                Vec3d q =
+                    i % 3
+                        ? (scene.vertex(target, 0) + scene.vertex(target, 1) * 2 + scene.vertex(target, 2)) *
+                              0.25
+                        : scene.vertex(target, 1);
                 if (p == q)
                     continue;
-                ASSERT_EQ(arbiter.sees(p, q, target), judge.sees(p, q, target)) << far << " " << s << " " << i;
+                ASSERT_EQ(arbiter.sees(p, q, target), judge.sees(p, q, target))
+                    << far << " " << s << " " << i;
                 ASSERT_EQ(arbiter.segment(p, q), judge.segment(p, q)) << far << " " << s << " " << i;
             }
         }
@@ -97,7 +113,8 @@ class Stage {
     Stage(std::uint32_t target_flags = kOccludes | kDoubleSided) {
         soup_.add({-8, -8, 0}, {8, -8, 0}, {0, 8, 0}, target_flags);
     }
-    Stage& with(const Vec3d& a, const Vec3d& b, const Vec3d& c, std::uint32_t flags = kOccludes | kDoubleSided) {
+    Stage& with(const Vec3d& a, const Vec3d& b, const Vec3d& c,
+                std::uint32_t flags = kOccludes | kDoubleSided) {
         soup_.add(a, b, c, flags);
         return *this;
     }
@@ -125,11 +142,11 @@ constexpr Vec3d kEye{0, 0, 8};
 TEST(Arbiter, clear_needs_a_proper_crossing_of_the_target) {
     Stage stage;
     EXPECT_EQ(stage.sees(kEye, {0, 0, 4}), Verdict::clear);
-    EXPECT_EQ(stage.sees(kEye, {0, 0, -4}), Verdict::clear);      // `toward` may lie beyond
-    EXPECT_EQ(stage.sees(kEye, {0, 0, 9}), Verdict::blocked);     // looks away
-    EXPECT_EQ(stage.sees(kEye, {7, 7, 0}), Verdict::blocked);     // misses
-    EXPECT_EQ(stage.sees(kEye, {0, 8, 0}), Verdict::degenerate);  // a vertex
-    EXPECT_EQ(stage.sees(kEye, {1, -8, 0}), Verdict::degenerate); // an edge
+    EXPECT_EQ(stage.sees(kEye, {0, 0, -4}), Verdict::clear);          // `toward` may lie beyond
+    EXPECT_EQ(stage.sees(kEye, {0, 0, 9}), Verdict::blocked);         // looks away
+    EXPECT_EQ(stage.sees(kEye, {7, 7, 0}), Verdict::blocked);         // misses
+    EXPECT_EQ(stage.sees(kEye, {0, 8, 0}), Verdict::degenerate);      // a vertex
+    EXPECT_EQ(stage.sees(kEye, {1, -8, 0}), Verdict::degenerate);     // an edge
     EXPECT_EQ(stage.sees({0, 0, 0}, {1, 0, 0}), Verdict::degenerate); // in its plane
     EXPECT_EQ(stage.sees({0, 0, 0}, {0, 0, 1}), Verdict::degenerate); // from a point on it
 }
@@ -154,25 +171,35 @@ TEST(Arbiter, blockers_block_from_drawn_sides_only) {
 
 TEST(Arbiter, only_what_lies_between_blocks) {
     Vec3d a{-2, -2, 0}, b{2, -2, 0}, c{0, 2, 0}, up{0, 0, 1};
-    for (auto [z, expected] : {std::pair{9.0, Verdict::clear}, {8.0, Verdict::degenerate}, {4.0, Verdict::blocked},
-                               {0x1p-16, Verdict::blocked}, {-1.0, Verdict::clear}})
+    for (auto [z, expected] : {std::pair{9.0, Verdict::clear},
+                               {8.0, Verdict::degenerate},
+                               {4.0, Verdict::blocked},
+                               {0x1p-16, Verdict::blocked},
+                               {-1.0, Verdict::clear}})
         EXPECT_EQ(Stage().with(a + up * z, b + up * z, c + up * z).sees(kEye, {0, 0, 0}), expected) << z;
 }
 
 TEST(Arbiter, coplanar_surfaces_do_not_block_the_target) {
-    EXPECT_EQ(Stage().with({-8, -8, 0}, {8, -8, 0}, {0, 8, 0}).sees(kEye, {0, 0, 0}), Verdict::clear); // duplicate
-    EXPECT_EQ(Stage().with({-8, -8, 0}, {0, 8, 0}, {8, -8, 0}).sees(kEye, {0, 0, 0}), Verdict::clear); // turned over
-    EXPECT_EQ(Stage().with({-1, -1, 0}, {1, -1, 0}, {0, 1, 0}).sees(kEye, {0, 0, 0}), Verdict::clear); // a decal
-    EXPECT_EQ(Stage().with({0, 0, 0}, {1, -1, 0}, {0, 1, 0}).sees(kEye, {0, 0, 0}), Verdict::clear);   // its corner
+    EXPECT_EQ(Stage().with({-8, -8, 0}, {8, -8, 0}, {0, 8, 0}).sees(kEye, {0, 0, 0}),
+              Verdict::clear); // duplicate
+    EXPECT_EQ(Stage().with({-8, -8, 0}, {0, 8, 0}, {8, -8, 0}).sees(kEye, {0, 0, 0}),
+              Verdict::clear); // turned over
+    EXPECT_EQ(Stage().with({-1, -1, 0}, {1, -1, 0}, {0, 1, 0}).sees(kEye, {0, 0, 0}),
+              Verdict::clear); // a decal
+    EXPECT_EQ(Stage().with({0, 0, 0}, {1, -1, 0}, {0, 1, 0}).sees(kEye, {0, 0, 0}),
+              Verdict::clear); // its corner
 }
 
 TEST(Arbiter, surfaces_that_meet_the_target_at_the_point_itself_are_degenerate) {
     // A wall through the floor, and one that stands on it.
-    EXPECT_EQ(Stage().with({0, -2, -2}, {0, 2, -2}, {0, 0, 4}).sees({4, 0, 4}, {0, 0, 0}), Verdict::degenerate);
+    EXPECT_EQ(Stage().with({0, -2, -2}, {0, 2, -2}, {0, 0, 4}).sees({4, 0, 4}, {0, 0, 0}),
+              Verdict::degenerate);
     EXPECT_EQ(Stage().with({0, -2, 0}, {0, 2, 0}, {0, 0, 4}).sees({4, 0, 4}, {0, 0, 0}), Verdict::degenerate);
     // A step of 2^-40 decides.
-    EXPECT_EQ(Stage().with({0, -2, 0}, {0, 2, 0}, {0, 0, 4}).sees({4, 0, 4}, {0x1p-40, 0, 0}), Verdict::clear);
-    EXPECT_EQ(Stage().with({0, -2, 0}, {0, 2, 0}, {0, 0, 4}).sees({4, 0, 4}, {-0x1p-40, 0, 0}), Verdict::blocked);
+    EXPECT_EQ(Stage().with({0, -2, 0}, {0, 2, 0}, {0, 0, 4}).sees({4, 0, 4}, {0x1p-40, 0, 0}),
+              Verdict::clear);
+    EXPECT_EQ(Stage().with({0, -2, 0}, {0, 2, 0}, {0, 0, 4}).sees({4, 0, 4}, {-0x1p-40, 0, 0}),
+              Verdict::blocked);
 }
 
 // The target touches the crease of a valley that covers it: hidden but for a line without area.
@@ -193,7 +220,9 @@ TEST(Arbiter, edges_and_vertices_in_the_way_are_degenerate) {
     EXPECT_EQ(vertex.sees(kEye, {0, 0, 0}), Verdict::degenerate);
     EXPECT_EQ(vertex.sees({-0x1p-50, 0, 8}, {-0x1p-50, 0, 0}), Verdict::clear);
     Stage junction; // the corner of two small halves on the long edge of a big one
-    junction.with({-4, 0, 4}, {4, 0, 4}, {0, -4, 4}).with({-4, 0, 4}, {0, 0, 4}, {0, 4, 4}).with({0, 0, 4}, {4, 0, 4}, {0, 4, 4});
+    junction.with({-4, 0, 4}, {4, 0, 4}, {0, -4, 4})
+        .with({-4, 0, 4}, {0, 0, 4}, {0, 4, 4})
+        .with({0, 0, 4}, {4, 0, 4}, {0, 4, 4});
     EXPECT_EQ(junction.sees(kEye, {0, 0, 0}), Verdict::degenerate);
 }
 
@@ -212,18 +241,24 @@ TEST(Arbiter, a_gap_of_one_grid_step_is_seen_through) {
 
 TEST(Arbiter, a_line_in_the_plane_of_a_triangle_is_degenerate_where_it_touches) {
     Vec3d eye{5, 0, 8}, at{-3, 0, 0}; // in the plane y = 0, along z = x + 3
-    EXPECT_EQ(Stage().with({-1, 0, 1}, {1, 0, 1}, {0, 0, 6}).sees(eye, at), Verdict::degenerate);   // through it
-    EXPECT_EQ(Stage().with({0, 0, 3}, {3, 0, 3}, {3, 0, 2}).sees(eye, at), Verdict::degenerate);    // its corner
-    EXPECT_EQ(Stage().with({2, 0, 1}, {4, 0, 1}, {3, 0, 2}).sees(eye, at), Verdict::clear);         // beside it
-    EXPECT_EQ(Stage().with({5, 0, 9}, {7, 0, 9}, {7, 0, 12}).sees(eye, at), Verdict::clear);        // behind the eye
-    EXPECT_EQ(Stage().with({-5, 0, -1}, {-6, 0, -1}, {-7, 0, -4}).sees(eye, at), Verdict::clear);   // beyond the target
-    EXPECT_EQ(Stage().with({-4, 0, -2}, {-1, 0, -2}, {-3, 0, 1}).sees(eye, at), Verdict::degenerate); // holds the end
-    EXPECT_EQ(Stage().with({-9, 0, -9}, {-9, 0, 30}, {30, 0, 30}).sees(eye, at), Verdict::degenerate); // holds it all
+    EXPECT_EQ(Stage().with({-1, 0, 1}, {1, 0, 1}, {0, 0, 6}).sees(eye, at),
+              Verdict::degenerate);                                                              // through it
+    EXPECT_EQ(Stage().with({0, 0, 3}, {3, 0, 3}, {3, 0, 2}).sees(eye, at), Verdict::degenerate); // its corner
+    EXPECT_EQ(Stage().with({2, 0, 1}, {4, 0, 1}, {3, 0, 2}).sees(eye, at), Verdict::clear);      // beside it
+    EXPECT_EQ(Stage().with({5, 0, 9}, {7, 0, 9}, {7, 0, 12}).sees(eye, at), Verdict::clear); // behind the eye
+    EXPECT_EQ(Stage().with({-5, 0, -1}, {-6, 0, -1}, {-7, 0, -4}).sees(eye, at),
+              Verdict::clear); // beyond the target
+    EXPECT_EQ(Stage().with({-4, 0, -2}, {-1, 0, -2}, {-3, 0, 1}).sees(eye, at),
+              Verdict::degenerate); // holds the end
+    EXPECT_EQ(Stage().with({-9, 0, -9}, {-9, 0, 30}, {30, 0, 30}).sees(eye, at),
+              Verdict::degenerate); // holds it all
 }
 
 TEST(Arbiter, blocked_beats_degenerate) {
     Stage stage;
-    stage.with({0, 0, 6}, {4, 1, 6}, {4, -1, 6}).with({-2, -2, 4}, {2, -2, 4}, {0, 2, 4}).with({0, 0, 2}, {4, 1, 2}, {4, -1, 2});
+    stage.with({0, 0, 6}, {4, 1, 6}, {4, -1, 6})
+        .with({-2, -2, 4}, {2, -2, 4}, {0, 2, 4})
+        .with({0, 0, 2}, {4, 1, 2}, {4, -1, 2});
     EXPECT_EQ(stage.sees(kEye, {0, 0, 0}), Verdict::blocked);
 }
 
@@ -252,7 +287,8 @@ TEST(Arbiter, points_that_arithmetic_cannot_hold_prove_nothing) {
     EXPECT_EQ(arbiter.segment(kEye, kEye), Verdict::degenerate);
 }
 
-// The law that ties the two together. Disagreement is possible only where rounding moves the ray across an edge.
+// The law that ties the two together. Disagreement is possible only where rounding moves the ray across an
+// edge.
 TEST(Arbiter, confirms_what_the_tracer_sees) {
     Counts counts;
     PredicateTally tally;
@@ -275,7 +311,8 @@ TEST(Arbiter, confirms_what_the_tracer_sees) {
     EXPECT_LT(tally.exact, tally.filtered / 10000); // the filter nearly always suffices
 }
 
-// The same where edges, vertices and planes are hit all the time: what is clear for one must be seen by the other.
+// The same where edges, vertices and planes are hit all the time: what is clear for one must be seen by the
+// other.
 TEST(Arbiter, clear_means_that_the_tracer_meets_nothing_before) {
     int clear = 0;
     for (int s = 0; s < 200; ++s) {
@@ -286,7 +323,8 @@ TEST(Arbiter, clear_means_that_the_tracer_meets_nothing_before) {
         for (int i = 0; i < 100; ++i) {
             Vec3d p = scene.to_local(soups::grid_point(random, 16));
             auto target = random.below(std::uint32_t(scene.triangles().size()));
-            Vec3d q = (scene.vertex(target, 0) * 2 + scene.vertex(target, 1) + scene.vertex(target, 2)) * 0.25;
+            Vec3d q =
+                (scene.vertex(target, 0) * 2 + scene.vertex(target, 1) + scene.vertex(target, 2)) * 0.25;
             if (p == q || arbiter.sees(p, q, target) != Verdict::clear)
                 continue;
             ++clear;

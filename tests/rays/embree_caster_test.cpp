@@ -26,7 +26,8 @@ TEST(EmbreeCaster, proposes_what_the_strict_tracer_finds_but_for_rounding) {
     std::size_t differ = 0, hit = 0;
     for (int s = 0; s < 10; ++s) {
         Random random(17, std::uint64_t(s));
-        Scene scene = soups::small_soup(random, 10, 500, 3, {}, true); // with single-sided and non-occluding ones
+        Scene scene =
+            soups::small_soup(random, 10, 500, 3, {}, true); // with single-sided and non-occluding ones
         Tracer tracer = Tracer::build(scene);
         Result<EmbreeCaster> embree = EmbreeCaster::build(scene);
         ASSERT_TRUE(embree.ok());
@@ -46,9 +47,9 @@ TEST(EmbreeCaster, proposes_what_the_strict_tracer_finds_but_for_rounding) {
 TEST(EmbreeCaster, passes_backs_and_non_occluders) {
     soups::Soup soup;
     Vec3d a{-1, -1, 0}, b{1, -1, 0}, c{0, 1, 0}, up{0, 0, 1};
-    soup.add(a + up, b + up, c + up, kDoubleSided);                        // lets the ray pass
-    soup.add(a, c, b, kOccludes);                                          // shows its back to a ray from above
-    soup.add(a - up, b - up, c - up, kOccludes);                           // its front
+    soup.add(a + up, b + up, c + up, kDoubleSided); // lets the ray pass
+    soup.add(a, c, b, kOccludes);                   // shows its back to a ray from above
+    soup.add(a - up, b - up, c - up, kOccludes);    // its front
     soup.add(a - up * 2, b - up * 2, c - up * 2, kOccludes | kDoubleSided);
     Scene scene = soup.scene();
     Result<EmbreeCaster> embree = EmbreeCaster::build(scene);

@@ -5,6 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <cmath>
 #include <numeric>
 
 using namespace antumbra;
@@ -30,11 +33,20 @@ std::vector<std::uint32_t> all_triangles(const Scene& scene) {
 Ray awkward_ray(Random& random, const Scene& scene, std::uint32_t size) {
     Ray ray{scene.to_local(soups::grid_point(random, size)), soups::random_direction(random)};
     switch (random.below(5)) {
-    case 0: ray.direction = scene.to_local(soups::grid_point(random, size)) - ray.origin; break;
-    case 1: ray.direction = {0, 0, 0}, ray.direction[int(random.below(3))] = random.below(2) ? 1 : -1; break;
-    case 2: ray.direction[int(random.below(3))] = 0; break;
-    case 3: ray.origin = soups::random_point(random, size); break;
-    default: ray.direction = ray.direction * std::ldexp(1.0, int(random.below(100)) - 50);
+    case 0:
+        ray.direction = scene.to_local(soups::grid_point(random, size)) - ray.origin;
+        break;
+    case 1:
+        ray.direction = {0, 0, 0}, ray.direction[int(random.below(3))] = random.below(2) ? 1 : -1;
+        break;
+    case 2:
+        ray.direction[int(random.below(3))] = 0;
+        break;
+    case 3:
+        ray.origin = soups::random_point(random, size);
+        break;
+    default:
+        ray.direction = ray.direction * std::ldexp(1.0, int(random.below(100)) - 50);
     }
     return ray;
 }
@@ -80,7 +92,8 @@ Answer ask(const Kernel& kernel, const TreeView& tree, const PreparedRay& ray) {
 double size_of(const Scene& scene) {
     double size = 0;
     for (int k = 0; k < 3; ++k)
-        size = std::max({size, std::abs(double(scene.local_bounds().min[k])), std::abs(double(scene.local_bounds().max[k]))});
+        size = std::max({size, std::abs(double(scene.local_bounds().min[k])),
+                         std::abs(double(scene.local_bounds().max[k]))});
     return size;
 }
 
@@ -93,7 +106,8 @@ TriangleTree without_pruning(const TriangleTree& tree) {
     for (std::size_t at = 0; at < leaves; at += kWidth - 1) {
         Node node;
         for (int i = 0; i < kWidth; ++i) {
-            bool next = i == kWidth - 1, used = next ? at + kWidth - 1 < leaves : at + std::size_t(i) < leaves;
+            bool next = i == kWidth - 1,
+                 used = next ? at + kWidth - 1 < leaves : at + std::size_t(i) < leaves;
             for (int k = 0; k < 6; ++k)
                 node.bounds[k][i] = (k % 2 == 0) == used ? -1e30f : 1e30f;
             node.first[i] = std::uint32_t(next ? flat.nodes.size() + 1 : at + std::size_t(i));
@@ -119,10 +133,67 @@ TEST(Kernel, instruction_sets_give_the_same_bits) {
             Answer expected = ask(scalar_kernel(), tree.view(), prepared);
             hits += bool(expected.nearest);
             for (const Kernel* kernel : all_kernels())
-                ASSERT_TRUE(ask(*kernel, tree.view(), prepared) == expected) << kernel->name << " scene " << s << " ray " << i;
+                ASSERT_TRUE(ask(*kernel, tree.view(), prepared) == expected)
+                    << kernel->name << " scene " << s << " ray " << i;
         }
     }
     EXPECT_GT(hits, 5000u);
+}
+
+/// The parts of a prepared ray that tests look at; bit patterns, so that signed zeros count.
+auto bits(const PreparedRay& ray) {
+    std::array<std::uint64_t, 40> out{};
+    std::size_t n = 0;
+    for (int k = 0; k < 3; ++k) {
+        for (double x : {ray.origin[k], ray.direction[k], ray.inverse[k]})
+            out[n++] = std::bit_cast<std::uint64_t>(x);
+        for (float x : {ray.near_origin[k], ray.far_origin[k], ray.near_inverse[k], ray.far_inverse[k]})
+            out[n++] = std::bit_cast<std::uint32_t>(x);
+        out[n++] = std::uint64_t(ray.near_row[k] * 10 + ray.far_row[k]);
+    }
+    for (double x : {ray.shear_x, ray.shear_y, ray.shear_z, ray.margin, ray.unit})
+        out[n++] = std::bit_cast<std::uint64_t>(x);
+    out[n++] = std::uint64_t(ray.axis_x * 100 + ray.axis_y * 10 + ray.axis_z) * 2 + ray.against;
+    return out;
+}
+
+TEST(Kernel, instruction_sets_prepare_rays_alike) {
+    const double odd[] = {0.0,
+                          -0.0,
+                          1.0,
+                          -1.0,
+                          0x1p-64,
+                          -0x1p-65,
+                          1e-310,
+                          -5e-324,
+                          0x1p-900,
+                          0x1.8p-901,
+                          0x1.8p1023,
+                          -1e300,
+                          0x1p100,
+                          0x1.1p100,
+                          std::numeric_limits<double>::infinity(),
+                          std::numeric_limits<double>::quiet_NaN()};
+    std::size_t possible = 0;
+    for (std::uint32_t i = 0; i < 200'000; ++i) {
+        Random random(53, i);
+        auto number = [&] {
+            return random.below(3) ? std::ldexp(random.uniform(-1, 1), int(random.below(80)) - 40)
+                                   : odd[random.below(std::size(odd))];
+        };
+        Ray ray{{number(), number(), number()}, {number(), number(), number()}};
+        PreparedRay expected, prepared;
+        bool can = scalar_kernel().prepare(ray, 100, expected);
+        possible += can;
+        for (const Kernel* kernel : all_kernels()) {
+            ASSERT_EQ(kernel->prepare(ray, 100, prepared), can) << kernel->name << " " << i;
+            if (can) {
+                ASSERT_EQ(bits(prepared), bits(expected)) << kernel->name << " " << i;
+            }
+        }
+    }
+    EXPECT_GT(possible, 50'000u);
+    EXPECT_LT(possible, 150'000u);
 }
 
 // The proof in code of what clamp_to_box() promises.
@@ -154,6 +225,8 @@ TEST(Kernel, the_tree_never_changes_an_answer) {
     EXPECT_GT(hits, 5000u);
 }
 
-TEST(Kernel, the_best_one_is_offered) { EXPECT_EQ(&best_kernel(), all_kernels().back()); }
+TEST(Kernel, the_best_one_is_offered) {
+    EXPECT_EQ(&best_kernel(), all_kernels().back());
+}
 
 } // namespace

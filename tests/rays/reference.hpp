@@ -1,5 +1,5 @@
-// Brute force in rational numbers (GMP): every triangle, no tree, no filter, and other formulas than the library's
-// (parameters and inward edge normals instead of orientation determinants).
+// Brute force in rational numbers (GMP): every triangle, no tree, no filter, and other formulas than the
+// library's (parameters and inward edge normals instead of orientation determinants).
 #pragma once
 
 #include "rays/arbiter.hpp"
@@ -20,9 +20,15 @@ using antumbra::Verdict;
 using Rational = mpq_class;
 using Vector = std::array<Rational, 3>;
 
-inline Vector vector(const Vec3d& v) { return {Rational(v.x), Rational(v.y), Rational(v.z)}; }
-inline Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-inline Rational dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline Vector vector(const Vec3d& v) {
+    return {Rational(v.x), Rational(v.y), Rational(v.z)};
+}
+inline Vector minus(const Vector& a, const Vector& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Rational dot(const Vector& a, const Vector& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 inline Vector cross(const Vector& a, const Vector& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
@@ -116,7 +122,8 @@ class Judge {
         const Triangle& triangle = triangles_[target];
         std::optional<Rational> t = triangle.crossing(p, d);
         if (!t)
-            return dot(triangle.normal, minus(p, triangle.corner[0])) == 0 ? Verdict::degenerate : Verdict::blocked;
+            return dot(triangle.normal, minus(p, triangle.corner[0])) == 0 ? Verdict::degenerate
+                                                                           : Verdict::blocked;
         int place = triangle.place(along(p, d, *t));
         if (place < 0)
             return Verdict::blocked;

@@ -57,7 +57,8 @@ inline std::uint32_t random_flags(Random& random, bool mixed) {
     return (random.below(4) ? kOccludes : 0u) | (random.below(2) ? kDoubleSided : 0u);
 }
 
-/// `count` triangles with corners on the grid 0..size; always at least one with area. `mixed`: with all flags.
+/// `count` triangles with corners on the grid 0..size; always at least one with area. `mixed`: with all
+/// flags.
 inline Scene grid_soup(Random& random, std::uint32_t size, std::uint32_t count, bool mixed) {
     Soup soup;
     soup.add({0, 0, 0}, {double(size), 0, 0}, {0, double(size), double(size)}, random_flags(random, mixed));
@@ -68,8 +69,8 @@ inline Scene grid_soup(Random& random, std::uint32_t size, std::uint32_t count, 
 }
 
 /// Small triangles all over a cube of the given size, at `origin`.
-inline Scene small_soup(Random& random, double size, std::uint32_t count, double triangle_size, Vec3d origin = {},
-                        bool mixed = false) {
+inline Scene small_soup(Random& random, double size, std::uint32_t count, double triangle_size,
+                        Vec3d origin = {}, bool mixed = false) {
     Soup soup;
     while (soup.size() < count) {
         Vec3d centre = origin + random_point(random, size);

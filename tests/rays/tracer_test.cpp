@@ -79,7 +79,8 @@ Scene closed_surface(Random& random, int n, double lattice) {
     for (int face = 0; face < 6; ++face)
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
-                Vec3d q[4] = {corner(face, i, j), corner(face, i + 1, j), corner(face, i + 1, j + 1), corner(face, i, j + 1)};
+                Vec3d q[4] = {corner(face, i, j), corner(face, i + 1, j), corner(face, i + 1, j + 1),
+                              corner(face, i, j + 1)};
                 for (int half = 0; half < 2; ++half) {
                     Vec3d t[3] = {q[0], q[half + 1], q[half + 2]};
                     std::swap(t[0], t[random.below(3)]);
@@ -97,7 +98,9 @@ TEST(Tracer, no_ray_leaks_out_of_a_closed_surface) {
         Random random(5, std::uint64_t(lattice));
         Scene scene = closed_surface(random, 12, lattice);
         Tracer tracer = Tracer::build(scene);
-        auto corner = [&] { return scene.vertex(random.below(std::uint32_t(scene.triangles().size())), int(random.below(3))); };
+        auto corner = [&] {
+            return scene.vertex(random.below(std::uint32_t(scene.triangles().size())), int(random.below(3)));
+        };
         Vec3d middle = scene.to_local({0, 0, 0});
         for (int i = 0; i < 60000; ++i, ++rays) {
             Vec3d origin = middle;
@@ -185,8 +188,10 @@ TEST(Tracer, senseless_rays_hit_nothing) {
     soup.add({-1, -1, 0}, {1, -1, 0}, {0, 1, 0});
     Scene scene = soup.scene();
     Tracer tracer = Tracer::build(scene);
-    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-    for (const Vec3d& bad : {Vec3d{nan, 0, -1}, Vec3d{0, nan, 0}, Vec3d{0, 0, -inf}, Vec3d{inf, -inf, 1}, Vec3d{0, 0, 0}})
+    const double nan = std::numeric_limits<double>::quiet_NaN(),
+                 inf = std::numeric_limits<double>::infinity();
+    for (const Vec3d& bad :
+         {Vec3d{nan, 0, -1}, Vec3d{0, nan, 0}, Vec3d{0, 0, -inf}, Vec3d{inf, -inf, 1}, Vec3d{0, 0, 0}})
         EXPECT_FALSE(tracer.first_hit({{0, 0, 1}, bad}));
     for (const Vec3d& bad : {Vec3d{nan, 0, 1}, Vec3d{0, 0, inf}, Vec3d{1e200, 0, 1}})
         EXPECT_FALSE(tracer.first_hit({bad, {0, 0, -1}}));
@@ -199,7 +204,8 @@ TEST(Tracer, duplicates_tie_exactly_and_the_lowest_index_wins) {
     Random random(8);
     Soup soup;
     for (int i = 0; i < 50; ++i) {
-        Vec3d a = soups::random_point(random, 10), b = soups::random_point(random, 10), c = soups::random_point(random, 10);
+        Vec3d a = soups::random_point(random, 10), b = soups::random_point(random, 10),
+              c = soups::random_point(random, 10);
         soup.add(a, b, c);
         soup.add(b, c, a);
         soup.add(c, b, a);
@@ -226,13 +232,13 @@ TEST(Tracer, sees_every_non_occluder_up_to_the_first_occluder) {
         Vec3d a{-2, -1, z}, b{2, -1, z}, c{0, 2, z};
         soup.add(a, turned ? c : b, turned ? b : c, flags);
     };
-    layer(5, kDoubleSided);                // 0: glass
-    layer(4, 0);                           // 1: glass, front up
-    layer(3, 0, true);                     // 2: glass, back up: not drawn
-    layer(2, kOccludes, true);             // 3: wall, back up: not there
-    layer(1, kOccludes | kDoubleSided);    // 4: wall
-    layer(1, kDoubleSided);                // 5: a decal on the wall
-    layer(0, kDoubleSided);                // 6: behind it
+    layer(5, kDoubleSided);             // 0: glass
+    layer(4, 0);                        // 1: glass, front up
+    layer(3, 0, true);                  // 2: glass, back up: not drawn
+    layer(2, kOccludes, true);          // 3: wall, back up: not there
+    layer(1, kOccludes | kDoubleSided); // 4: wall
+    layer(1, kDoubleSided);             // 5: a decal on the wall
+    layer(0, kDoubleSided);             // 6: behind it
     Scene scene = soup.scene();
     Tracer tracer = Tracer::build(scene);
     Vec3d up = scene.to_local({0, 0, 9}), below = scene.to_local({0, 0, -9});
@@ -290,7 +296,7 @@ TEST(Tracer, nearest_surface_ignores_sides_and_tells_backs) {
     nearest(5, -1, 0, true);   // meets the back of a single-sided occluder
     nearest(0.5, 1, 0, false); // meets its front
     nearest(0.5, -1, 1, false);
-    nearest(-5, 1, 2, false);  // meets a back that does not occlude
+    nearest(-5, 1, 2, false); // meets a back that does not occlude
     nearest(-5, -1, kNoTriangle, false);
 }
 
@@ -301,7 +307,8 @@ TEST(Tracer, near_segment_finds_all_triangles_that_the_segment_meets) {
         Scene scene = soups::grid_soup(random, 8, 60, true);
         Tracer tracer = Tracer::build(scene);
         for (int i = 0; i < 50; ++i) {
-            Vec3d p = scene.to_local(soups::grid_point(random, 8)), q = scene.to_local(soups::grid_point(random, 8));
+            Vec3d p = scene.to_local(soups::grid_point(random, 8)),
+                  q = scene.to_local(soups::grid_point(random, 8));
             if (i % 7 == 0)
                 q = p;
             std::set<std::uint32_t> near;
@@ -314,11 +321,13 @@ TEST(Tracer, near_segment_finds_all_triangles_that_the_segment_meets) {
             for (std::uint32_t t = 0; t < scene.triangles().size(); ++t) {
                 reference::Triangle triangle(scene, t);
                 triangle.double_sided = true;
-                bool meets = p == q ? reference::dot(triangle.normal, reference::minus(start, triangle.corner[0])) == 0 &&
+                bool meets = p == q ? reference::dot(triangle.normal,
+                                                     reference::minus(start, triangle.corner[0])) == 0 &&
                                           triangle.place(start) >= 0
                                     : reference::blocker(triangle, start, d, 1, nullptr) != Verdict::clear;
                 touched += meets;
-                ASSERT_TRUE(!meets || near.count(t)) << "scene " << s << " segment " << i << " triangle " << t;
+                ASSERT_TRUE(!meets || near.count(t))
+                    << "scene " << s << " segment " << i << " triangle " << t;
             }
         }
     }

@@ -25,7 +25,9 @@ std::vector<Box3f> random_boxes(std::size_t count, float spread, std::uint64_t s
     return boxes;
 }
 
-bool inside(const Box3f& inner, const Box3f& outer) { return outer.contains(inner.min) && outer.contains(inner.max); }
+bool inside(const Box3f& inner, const Box3f& outer) {
+    return outer.contains(inner.min) && outer.contains(inner.max);
+}
 
 /// Checks the laws of a binary tree and returns its depth.
 int check(const Bvh& bvh, std::span<const Box3f> boxes, const BvhOptions& options) {
@@ -130,8 +132,12 @@ void check_wide() {
         EXPECT_EQ(count, 1);
     EXPECT_GT(double(full) / double(N) / double(wide.nodes.size()), 0.4);
 }
-TEST(WideBvh, of_four_holds_every_box_once) { check_wide<4>(); }
-TEST(WideBvh, of_eight_holds_every_box_once) { check_wide<8>(); }
+TEST(WideBvh, of_four_holds_every_box_once) {
+    check_wide<4>();
+}
+TEST(WideBvh, of_eight_holds_every_box_once) {
+    check_wide<8>();
+}
 
 TEST(WideBvh, of_one_box_has_a_root_with_one_leaf) {
     std::vector<Box3f> one{{{0, 0, 0}, {1, 1, 1}}};
