@@ -40,13 +40,20 @@ enum class Subdivision : std::uint8_t {
     five,    ///< a k-d tree over positions and directions
 };
 
+/// Against what the objects that both halves of a split see are counted.
+enum class SplitEstimate : std::uint8_t {
+    published, ///< all objects that the node's rays saw
+    corrected, ///< those that both halves would see by chance if the plane separated nothing
+};
+
 /// The k-d tree of view space (Gotsman, Sudarsky, Fayman 1999, section 4).
 struct ViewTreeOptions {
     Subdivision subdivision = Subdivision::grid;
     double view_space = 1;          ///< spatial part of view space, as a multiple of the scene's box about its centre
+    SplitEstimate estimate = SplitEstimate::corrected;
     double effectiveness = 0.1;     ///< split only above this effectiveness, 0..1
     std::uint64_t min_visible = 1;  ///< split only where at least so many triangles belong to visible objects
-    std::uint32_t max_depth = 16;   ///< of splits below a tile
+    std::uint32_t max_depth = 10;   ///< of splits below a tile
     double min_extent = 1.0 / 64;   ///< of a cell along an axis, as a share of view space
     std::uint32_t node_rays = 1024; ///< for the rough visibility of a node; cached ones count
     /// View space is first halved so many times along its longest axis: 2^tile_depth independent tiles, the units of

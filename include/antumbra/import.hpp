@@ -12,6 +12,7 @@ struct ImportLimits {
     std::uint64_t vertices = 500'000'000;              ///< after instancing
     std::uint64_t triangles = 500'000'000;             ///< after instancing
     std::uint64_t objects = 20'000'000;
+    std::uint64_t memory = std::uint64_t(8) << 30;     ///< bytes that the RawScene, and the JSON, may take
     std::uint32_t node_depth = 256;
 };
 
@@ -24,6 +25,27 @@ struct ImportOptions {
 
 /// Reads by the file's ending: .glb, .gltf, .obj.
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options = {});
+
+/// What each format becomes
+///
+/// glTF 2.0. One object per (node, primitive, instance) of the default scene (else the first, else all root nodes),
+/// ids being the file's indices, in their order; `name` is the node's name, else the mesh's, else "node N", with
+/// "/primitive P" if the mesh has several and "#I" for instances of EXT_mesh_gpu_instancing. Transforms are
+/// multiplied in double; a negative determinant turns the winding. Read: all component types, normalised or not
+/// (KHR_mesh_quantization), sparse accessors, strips, fans, external and data: buffers. Points and lines are left
+/// out, with a finding. An unknown extension is refused (ErrorCode::unsupported) if the file requires it.
+///
+/// Never occluding, though seen: materials with alphaMode MASK or BLEND, KHR_materials_transmission with a factor,
+/// _volume, _diffuse_transmission, an animated material, a KHR_materials_variants choice of which one does not
+/// occlude, nodes hidden by KHR_node_visibility. Moving, hence always visible and never occluding (kMoves): what an
+/// animation moves, itself or through an ancestor, what is skinned and what has morph targets.
+///
+/// Authors may set in `extras` of a node (it holds for all below it), mesh or material
+///     {"antumbra": {"never_cull": true, "never_occlude": true, "ignore": true}}
+/// or the same as plain properties "antumbra_never_cull", .. (true or 1).
+///
+/// External files (buffers, material libraries) are looked for in the scene's own folder and below: paths that are
+/// absolute, hold "..", a scheme, a drive or a backslash, or lead out through a link, are refused.
 
 /// glTF 2.0 from memory: GLB, or JSON with `folder` as the place of its external buffers ("" allows none).
 Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string& name,

@@ -5,13 +5,15 @@
 
 #include <algorithm>
 #include <map>
+#include <new>
 
 namespace antumbra {
 namespace gltf {
 namespace {
 
-constexpr std::uint32_t kTriangles = 4, kStrip = 5, kFan = 6;
+constexpr std::uint32_t kTriangles = 4, kStrip = 5; // and 6: a fan
 constexpr std::size_t kLongestName = 4096;
+constexpr std::size_t kAllocation = 32; ///< what the allocator adds to a name, "#123" included
 
 /// A primitive's triangles in the node's own coordinates.
 struct LocalMesh {
@@ -144,23 +146,24 @@ class Assembler {
         return for_each_part(placed, true, [&](const Part& part) {
             if (part.primitive_index == 0 || uses_[static_cast<std::size_t>(part.mesh_index)] == 0)
                 ++uses_[static_cast<std::size_t>(part.mesh_index)];
-            const char* what = !add_product(vertices_, part.instances, part.vertices, limits_.vertices) ? "vertices"
-                               : !add_product(triangles_, part.instances, part.triangles, limits_.triangles)
-                                   ? "triangles"
-                               : !add_product(objects_, part.instances, 1, limits_.objects) ? "objects"
-                               : !add_product(name_bytes_, part.instances, name_of(part).size() + 12, limits_.bytes)
-                                   ? "bytes of names"
-                                   : nullptr;
-            if (!what)
-                return Status();
-            std::uint64_t limit = *what == 'v'   ? limits_.vertices
-                                  : *what == 't' ? limits_.triangles
-                                  : *what == 'o' ? limits_.objects
-                                                 : limits_.bytes;
-            return Status(ErrorCode::limit, std::string("the scene has more ") + what + " than the limit of " +
-                                                std::to_string(limit) + "; split it or raise the limit")
-                .in(place_of(part));
+            std::uint64_t bytes_each = part.vertices * sizeof(Vec3d) + part.triangles * sizeof(TriangleIndices) +
+                                       sizeof(RawObject) + name_of(part).size() + kAllocation;
+            if (!add_product(vertices_, part.instances, part.vertices, limits_.vertices))
+                return exceeds(part, "vertices", limits_.vertices);
+            if (!add_product(triangles_, part.instances, part.triangles, limits_.triangles))
+                return exceeds(part, "triangles", limits_.triangles);
+            if (!add_product(objects_, part.instances, 1, limits_.objects))
+                return exceeds(part, "objects", limits_.objects);
+            if (!add_product(memory_, part.instances, bytes_each, limits_.memory))
+                return exceeds(part, "bytes", limits_.memory);
+            return Status();
         });
+    }
+
+    static Status exceeds(const Part& part, const char* what, std::uint64_t limit) {
+        return Status(ErrorCode::limit, std::string("the scene needs more ") + what + " than the limit of " +
+                                            std::to_string(limit) + "; split it or raise the limit")
+            .in(place_of(part));
     }
 
     Status add(const Part& part) {
@@ -367,7 +370,7 @@ class Assembler {
     RawScene raw_;
     std::vector<std::uint32_t> uses_; ///< by mesh: 1 means that decoding straight into the scene saves a copy
     std::map<std::pair<std::int32_t, std::int32_t>, LocalMesh> shared_;
-    std::uint64_t vertices_ = 0, triangles_ = 0, objects_ = 0, name_bytes_ = 0;
+    std::uint64_t vertices_ = 0, triangles_ = 0, objects_ = 0, memory_ = 0;
 };
 
 Result<RawScene> import(std::span<const std::byte> bytes, const std::string& folder, const ImportOptions& options) {
@@ -379,7 +382,7 @@ Result<RawScene> import(std::span<const std::byte> bytes, const std::string& fol
         return container.status();
     Result<Document> document = Status(ErrorCode::internal, "unread");
     {
-        Result<Json> json = parse_json(container->json);
+        Result<Json> json = parse_json(container->json, options.limits.memory);
         if (!json)
             return json.status();
         document = read_document(*json);
@@ -401,12 +404,14 @@ Result<RawScene> import(std::span<const std::byte> bytes, const std::string& fol
 } // namespace gltf
 
 Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                             const ImportOptions& options) {
+                             const ImportOptions& options) try {
     Result<RawScene> raw = gltf::import(bytes, folder, options);
     if (!raw)
         return raw.status().in(name);
     raw->source = name;
     return raw;
+} catch (const std::bad_alloc&) {
+    return Status(ErrorCode::limit, name + ": not enough memory");
 }
 
 } // namespace antumbra

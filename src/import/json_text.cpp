@@ -1,37 +1,49 @@
 #include "import/json_text.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace antumbra {
 namespace {
 
-/// Depth of the deepest bracket, found without building anything: the parser below allocates as it goes.
-int depth_of(std::span<const std::byte> text) {
-    int depth = 0, deepest = 0;
+struct Shape {
+    int depth = 0;
+    std::uint64_t values = 1;
+};
+
+/// Found without building anything, for the parser below allocates as it goes.
+Shape shape_of(std::span<const std::byte> text) {
+    Shape shape;
+    int depth = 0;
     bool quoted = false;
     for (std::size_t i = 0; i < text.size(); ++i) {
         char c = static_cast<char>(text[i]);
         if (quoted) {
             i += c == '\\';
             quoted = c != '"';
-        } else if (c == '"') {
-            quoted = true;
-        } else if (c == '[' || c == '{') {
-            deepest = std::max(deepest, ++depth);
-        } else if (c == ']' || c == '}') {
-            --depth;
+            continue;
         }
+        quoted = c == '"';
+        shape.values += c == ',' || c == '[' || c == '{';
+        if (c == '[' || c == '{')
+            shape.depth = std::max(shape.depth, ++depth);
+        else if (c == ']' || c == '}')
+            --depth;
     }
-    return deepest;
+    return shape;
 }
 
 const Json kEmptyObject = Json::object();
 
 } // namespace
 
-Result<Json> parse_json(std::span<const std::byte> text) {
-    if (depth_of(text) > kJsonDepth)
+Result<Json> parse_json(std::span<const std::byte> text, std::uint64_t max_memory) {
+    Shape shape = shape_of(text);
+    if (shape.depth > kJsonDepth)
         return Status(ErrorCode::limit, "JSON nests deeper than " + std::to_string(kJsonDepth) + " levels");
+    if (shape.values > max_memory / kBytesPerJsonValue)
+        return Status(ErrorCode::limit, "JSON holds " + std::to_string(shape.values) + " values, more than " +
+                                            std::to_string(max_memory) + " bytes of memory can take");
     try {
         const char* begin = reinterpret_cast<const char*>(text.data());
         return Json::parse(begin, begin + text.size());
@@ -56,7 +68,9 @@ void JsonObject::fail(ErrorCode code, const char* key, const std::string& text) 
     if (!status_->ok())
         return;
     std::string place = *key ? member_place(key) : place_;
-    *status_ = Status(code, place.empty() ? text : place + ": " + text);
+    // A text that begins with an index goes on with the place.
+    const char* between = place.empty() || text.front() == '[' ? "" : ": ";
+    *status_ = Status(code, place + between + text);
 }
 
 const Json* JsonObject::find(const char* key) const {

@@ -18,8 +18,12 @@ using Json = nlohmann::json;
 /// Deepest nesting of arrays and objects that any of our readers needs is 8; extras may nest deeper.
 inline constexpr int kJsonDepth = 128;
 
-/// ErrorCode::corrupt names the byte; ErrorCode::limit beyond kJsonDepth. Nothing escapes as an exception.
-Result<Json> parse_json(std::span<const std::byte> text);
+/// What a parsed value may cost in memory, key and allocator included.
+inline constexpr std::uint64_t kBytesPerJsonValue = 128;
+
+/// ErrorCode::corrupt names the byte; ErrorCode::limit beyond kJsonDepth, or if the parsed document might need more
+/// than `max_memory` bytes. Nothing escapes as an exception.
+Result<Json> parse_json(std::span<const std::byte> text, std::uint64_t max_memory = std::uint64_t(1) << 30);
 
 /// One JSON object and its place in the document, e.g. "accessors[12]". Every getter checks type and range; the
 /// first thing that is wrong stays in the shared status (the getters then return their fallback), so that a caller

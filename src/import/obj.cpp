@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <new>
 #include <unordered_map>
 
 namespace antumbra {
@@ -49,9 +50,9 @@ class ObjReader {
     }
 
     Status read_vertex(std::string_view line, std::uint64_t number) {
-        if (raw_.positions.size() >= options_.limits.vertices)
+        if (raw_.positions.size() >= vertex_limit_)
             return at_line(number, ErrorCode::limit,
-                           "more vertices than the limit of " + std::to_string(options_.limits.vertices));
+                           "more vertices than the limit of " + std::to_string(vertex_limit_));
         Vec3d p;
         for (int k = 0; k < 3; ++k) {
             std::string_view word = next_word(line);
@@ -115,9 +116,9 @@ class ObjReader {
                         [&] { return "line " + std::to_string(number); });
             return {};
         }
-        if (corners_.size() - 2 > options_.limits.triangles - raw_.triangles.size())
+        if (corners_.size() - 2 > triangle_limit_ - raw_.triangles.size())
             return at_line(number, ErrorCode::limit,
-                           "more triangles than the limit of " + std::to_string(options_.limits.triangles));
+                           "more triangles than the limit of " + std::to_string(triangle_limit_));
         if (Status status = choose_object(number); !status)
             return status;
         add_triangles(number);
@@ -223,6 +224,9 @@ class ObjReader {
     std::span<const std::byte> bytes_;
     std::string folder_;
     const ImportOptions& options_;
+    // Half of the memory each. 28 bytes: a triangle, its object and the copy made by gather_triangles.
+    std::uint64_t vertex_limit_ = std::min(options_.limits.vertices, options_.limits.memory / 2 / sizeof(Vec3d));
+    std::uint64_t triangle_limit_ = std::min(options_.limits.triangles, options_.limits.memory / 2 / 28);
     RawScene raw_;
     std::uint64_t vertices_so_far_ = 0;
     std::string object_name_, group_name_;
@@ -239,7 +243,7 @@ class ObjReader {
 } // namespace
 
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                            const ImportOptions& options) {
+                            const ImportOptions& options) try {
     if (bytes.empty())
         return Status(ErrorCode::corrupt, name + ": the file is empty");
     if (bytes.size() > options.limits.bytes)
@@ -250,6 +254,8 @@ Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string&
         return raw.status().in(name);
     raw->source = name;
     return raw;
+} catch (const std::bad_alloc&) {
+    return Status(ErrorCode::limit, name + ": not enough memory");
 }
 
 } // namespace antumbra

@@ -8,7 +8,8 @@
 
 namespace antumbra {
 
-/// Hands out logical lines: a backslash before a line's end joins it with the next. Linear in the text's length.
+/// Hands out logical lines: a backslash before a line's end joins it with the next, save in comments (`#`), which
+/// may end in the path of a Windows folder. Linear in the text's length.
 class Lines {
   public:
     explicit Lines(std::span<const std::byte> text)
@@ -26,9 +27,11 @@ class Lines {
             ++number_;
             if (!piece.empty() && piece.back() == '\r')
                 piece.remove_suffix(1);
-            bool goes_on = !piece.empty() && piece.back() == '\\' && !rest_.empty();
+            bool comment = !joining && piece.substr(0, piece.find_first_not_of(" \t") + 1).ends_with('#');
+            bool goes_on = !piece.empty() && piece.back() == '\\' && !comment;
             if (goes_on)
                 piece.remove_suffix(1);
+            goes_on = goes_on && !rest_.empty();
             if (!joining && !goes_on) {
                 line = piece;
                 return true;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fnmatch.h>
+#include <new>
 #include <xxhash.h>
 
 namespace antumbra {
@@ -172,7 +173,7 @@ Box3d Scene::world_bounds() const {
     return {to_world(to_double(bounds_.min)), to_world(to_double(bounds_.max))};
 }
 
-Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) {
+Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
     if (Status status = check_ranges(raw); !status)
         return status;
     std::vector<bool> kept(raw.objects.size());
@@ -267,6 +268,8 @@ Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) {
     std::copy(std::begin(canonical.digest), std::end(canonical.digest), scene.fingerprint_.begin());
     scene.structure_fingerprint_ = structure_hash(scene.objects_);
     return scene;
+} catch (const std::bad_alloc&) {
+    return Status(ErrorCode::limit, "not enough memory for the scene; split it");
 }
 
 } // namespace antumbra

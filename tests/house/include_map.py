@@ -22,7 +22,8 @@ MAY_INCLUDE = {
     "generate": ["scene"],
     "rays": ["scene", "tree"],
     "occluder_finding": ["rays", "raster", "occluders"],
-    "bake": ["rays", "occluder_finding", "pvs"],
+    "certify": ["pvs"],
+    "bake": ["rays", "occluder_finding", "pvs", "certify"],
     "evaluate": ["bake", "cull", "import", "export", "generate"],
     "capi": ["pvs"],
 }

@@ -57,7 +57,8 @@ void RayCache::add(const Ray& ray, std::span<const std::uint32_t> seen) {
 
 RegionSampler::RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key)
     : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
-      key_(key), directions_(shared.options().seed, key, kDirections) {
+      key_(key), positions_(shared.options().seed, key, kViewpoints),
+      directions_(shared.options().seed, key, kDirections) {
     std::size_t words = (scene_.objects().size() + 63) / 64;
     sample_.visible.assign(words, 0);
     proposed_.assign(words, 0);
@@ -74,20 +75,16 @@ bool RegionSampler::check_viewpoint(const Vec3d& point) {
 }
 
 bool RegionSampler::has_viewpoint() {
-    if (!searched_)
-        find_viewpoints();
+    ensure_viewpoints(1);
     return !viewpoints_.empty();
 }
 
-void RegionSampler::find_viewpoints() {
-    searched_ = true;
-    Random random(shared_.options().seed, key_, kViewpoints);
-    std::uint32_t wanted = std::max(1u, shared_.options().rays_per_cell / kRaysPerViewpoint);
-    std::uint32_t most = std::max(kSolidAfterAttempts, wanted * kAttemptsPerViewpoint);
-    for (std::uint32_t attempt = 0; attempt < most && viewpoints_.size() < wanted; ++attempt) {
-        if (viewpoints_.empty() && attempt >= kSolidAfterAttempts)
+void RegionSampler::ensure_viewpoints(std::size_t wanted) {
+    std::size_t most = std::max<std::size_t>(kSolidAfterAttempts, wanted * kAttemptsPerViewpoint);
+    for (; viewpoints_.size() < wanted && attempts_ < most; ++attempts_) {
+        if (viewpoints_.empty() && attempts_ >= kSolidAfterAttempts)
             return;
-        Vec3d point = uniform_point(region_.space(), random);
+        Vec3d point = uniform_point(region_.space(), positions_);
         if (check_viewpoint(point))
             viewpoints_.push_back(point);
     }
@@ -114,13 +111,17 @@ void RegionSampler::cast(const Ray& ray) {
 }
 
 void RegionSampler::adopt(const RayCache& cache) {
-    for (const RayCache::Entry& entry : cache.entries)
+    for (const RayCache::Entry& entry : cache.entries) {
         record(entry.ray, cache.seen(entry));
+        if (viewpoints_.empty() || !(viewpoints_.back() == entry.ray.origin))
+            viewpoints_.push_back(entry.ray.origin);
+    }
 }
 
 void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
     if (!has_viewpoint())
         return;
+    ensure_viewpoints(viewpoints_.size() + count / kRaysPerViewpoint);
     for (std::uint32_t r = 0; r < count; ++r) {
         Ray ray{viewpoints_[looked_++ % viewpoints_.size()], uniform_direction(region_, directions_)};
         cast(ray);
@@ -161,6 +162,7 @@ void RegionSampler::explore(const Found& found, std::vector<Found>& queue, std::
 void RegionSampler::look_guided(std::uint32_t count) {
     if (!has_viewpoint())
         return;
+    ensure_viewpoints(viewpoints_.size() + count / kRaysPerViewpoint);
     Random random(shared_.options().seed, key_, kGuided);
     std::uint64_t end = sample_.rays + count;
     std::vector<bool> known(scene_.triangles().size());
@@ -205,6 +207,7 @@ std::vector<double> RegionSampler::prior_odds() const {
 void RegionSampler::aim_at_unseen() {
     if (!has_viewpoint())
         return;
+    ensure_viewpoints(kRaysPerViewpoint);
     const BakeOptions& options = shared_.options();
     std::vector<double> odds = options.informed_prior ? prior_odds() : std::vector<double>();
     std::span<const Object> objects = scene_.objects();

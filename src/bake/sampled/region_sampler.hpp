@@ -66,7 +66,7 @@ class RegionSampler {
   public:
     RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key);
 
-    /// Uses rays that were cast before and lie in the region. Their proof happens now.
+    /// Uses rays that were cast before and lie in the region, and their origins as viewpoints. Their proof happens now.
     void adopt(const RayCache& cache);
     /// Casts `count` more rays uniform over positions and directions of the region; keeps them in `keep` if given.
     void look_around(std::uint32_t count, RayCache* keep = nullptr);
@@ -93,7 +93,8 @@ class RegionSampler {
     };
 
     bool check_viewpoint(const Vec3d& point);
-    void find_viewpoints();
+    /// Searches until there are `wanted` viewpoints, or the region looks as if it had no more.
+    void ensure_viewpoints(std::size_t wanted);
     /// Traces and records. `hits_` then holds what the ray saw.
     void cast(const Ray& ray);
     void record(const Ray& ray, std::span<const std::uint32_t> triangles);
@@ -110,8 +111,9 @@ class RegionSampler {
     std::uint64_t key_;
     RegionSample sample_;
     std::vector<Vec3d> viewpoints_;
-    bool searched_ = false;
-    Random directions_; ///< of look_around
+    std::uint32_t attempts_ = 0; ///< at finding viewpoints
+    Random positions_;           ///< of viewpoints
+    Random directions_;          ///< of look_around
     std::uint32_t looked_ = 0;
     std::vector<std::uint64_t> proposed_;
     std::vector<std::uint32_t> hits_;

@@ -63,13 +63,16 @@ inline Vec3d uniform_point(const Box3d& box, Random& random) {
     return point;
 }
 
-/// Uniform on the sphere, of length at most 1: by rejection from the cube, so that no libm function is involved.
+/// Uniform on the sphere, of length 1 up to rounding (Marsaglia 1972). Square roots are rounded exactly, so that no libm
+/// function is involved.
 inline Vec3d uniform_direction(Random& random) {
     for (;;) {
-        Vec3d d{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
-        double squared = dot(d, d);
-        if (squared <= 1 && squared > 1e-6)
-            return d;
+        double u = double(random.next_u32()) * 0x1p-31 - 1, v = double(random.next_u32()) * 0x1p-31 - 1;
+        double s = u * u + v * v;
+        if (s < 1) {
+            double root = 2 * std::sqrt(1 - s);
+            return {u * root, 1 - 2 * s, v * root};
+        }
     }
 }
 

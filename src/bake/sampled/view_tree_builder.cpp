@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <utility>
 
 namespace antumbra {
@@ -28,6 +29,14 @@ ViewPoint5 coordinates(const Ray& ray) {
     return {ray.origin.x, ray.origin.y, ray.origin.z, theta, phi};
 }
 
+double power(double base, std::uint32_t exponent) {
+    double result = 1;
+    for (; exponent; exponent >>= 1, base *= base)
+        if (exponent & 1)
+            result *= base;
+    return result;
+}
+
 struct Split {
     int axis = -1;
     double plane = 0;
@@ -37,26 +46,48 @@ struct Split {
 /// What the cached rays of a node saw, per object: the range of coordinates from which it was seen along each axis.
 class RoughVisibility {
   public:
-    RoughVisibility(const Scene& scene, const RayCache& cache) : index_(scene.objects().size(), kNone) {
+    RoughVisibility(const Scene& scene, const RayCache& cache)
+        : rays_(cache.entries.size()), index_(scene.objects().size(), kNone) {
         for (const RayCache::Entry& entry : cache.entries) {
             ViewPoint5 at = coordinates(entry.ray);
             for (std::uint32_t triangle : cache.seen(entry)) {
                 std::uint32_t object = scene.triangle_objects()[triangle];
                 if (index_[object] == kNone) {
                     index_[object] = std::uint32_t(ranges_.size());
-                    ranges_.push_back({at, at});
+                    ranges_.push_back({at, at, 0});
                     triangles_ += scene.objects()[object].source_triangles;
                 }
                 Range& range = ranges_[index_[object]];
+                ++range.rays;
                 for (std::size_t axis = 0; axis < kViewAxes; ++axis) {
                     range.low[axis] = std::min(range.low[axis], at[axis]);
                     range.high[axis] = std::max(range.high[axis], at[axis]);
                 }
             }
         }
+        std::map<std::uint32_t, std::uint32_t> histogram;
+        for (const Range& range : ranges_)
+            ++histogram[range.rays];
+        objects_by_rays_.assign(histogram.begin(), histogram.end());
     }
     std::size_t objects() const { return ranges_.size(); }
+    std::size_t rays() const { return rays_; }
     std::uint64_t triangles() const { return triangles_; }
+
+    /// How many objects would be seen from both sides by chance alone if the plane, with the share `below` of the rays
+    /// on its lower side, separated nothing: an object that n rays saw is on one side only with probability
+    /// below^n + (1-below)^n. Few rays make every plane look effective; this is what to measure against.
+    double expected_by_both(double below) const {
+        double expected = 0;
+        for (auto [rays, objects] : objects_by_rays_)
+            expected += objects * (1 - power(below, rays) - power(1 - below, rays));
+        return expected;
+    }
+    /// Share of the cached rays below each plane.
+    static double share_below(const std::vector<double>& sorted, double plane) {
+        auto below = std::lower_bound(sorted.begin(), sorted.end(), plane) - sorted.begin();
+        return double(below) / double(std::max<std::size_t>(sorted.size(), 1));
+    }
 
     /// Objects seen from both sides of each plane; planes ascending.
     std::vector<std::size_t> seen_by_both(int axis, const std::vector<double>& planes) const {
@@ -82,7 +113,10 @@ class RoughVisibility {
     static constexpr std::uint32_t kNone = ~0u;
     struct Range {
         ViewPoint5 low, high;
+        std::uint32_t rays; ///< that saw the object
     };
+    std::size_t rays_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> objects_by_rays_; ///< (rays, objects seen by so many)
     std::vector<std::uint32_t> index_;
     std::vector<Range> ranges_;
     std::uint64_t triangles_ = 0;
@@ -162,9 +196,18 @@ class Builder {
         for (int axis = 0; axis < axes; ++axis) {
             std::vector<double> planes = axis < 3 ? spatial_candidates(box, axis) : angular_candidates(box, axis);
             std::vector<std::size_t> both = rough.seen_by_both(axis, planes);
+            std::vector<double> sorted;
+            for (const RayCache::Entry& entry : cache.entries)
+                sorted.push_back(coordinates(entry.ray)[std::size_t(axis)]);
+            std::sort(sorted.begin(), sorted.end());
             for (std::size_t p = 0; p < planes.size(); ++p) {
                 double below = planes[p] - box.min[std::size_t(axis)], above = box.max[std::size_t(axis)] - planes[p];
-                double effectiveness = split_effectiveness(both[p], rough.objects(), below, above);
+                double seen = options_.estimate == SplitEstimate::published
+                                  ? double(rough.objects())
+                                  : rough.expected_by_both(RoughVisibility::share_below(sorted, planes[p]));
+                if (!(seen > 0))
+                    continue;
+                double effectiveness = split_effectiveness(double(both[p]), seen, below, above);
                 if (effectiveness > best.effectiveness)
                     best = {axis, planes[p], effectiveness};
             }

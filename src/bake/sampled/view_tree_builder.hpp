@@ -27,9 +27,9 @@ struct BuiltTree {
 
 /// Effectiveness of splitting C into A and B (section 4): how well the plane separates what is seen, times how well it
 /// balances the volumes. Counts of objects; volumes in five dimensions.
-constexpr double split_effectiveness(std::size_t seen_by_both, std::size_t seen, double volume_a, double volume_b) {
+constexpr double split_effectiveness(double seen_by_both, double seen, double volume_a, double volume_b) {
     double apart = volume_a > volume_b ? volume_a - volume_b : volume_b - volume_a;
-    return (1 - double(seen_by_both) / double(seen)) * (1 - apart / (volume_a + volume_b));
+    return (1 - seen_by_both / seen) * (1 - apart / (volume_a + volume_b));
 }
 
 /// A pure function of (scene, options, tile). `tile` is local.

@@ -1,0 +1,108 @@
+// The exact visibility query between two convex polygons (Nirenstein, Blake, Gain 2002, section 3, in the lazy,
+// witness-guided form): is there an unblocked line, and with it an open set of them?
+//
+// Every sign is exact; there is no tolerance. Method and proofs: docs/methods/exact.md.
+#pragma once
+
+#include "bake/exact/line_store.hpp"
+#include "certify/certificate.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace antumbra::exact {
+
+using OccluderId = std::uint32_t;
+
+/// What may block. Called back during a query with the segments it is curious about.
+class OccluderSource {
+  public:
+    virtual ~OccluderSource() = default;
+    /// Appends at least every occluder that the segment p..q (grid coordinates, rounded to double) touches; more do
+    /// no harm. May stop once `limit` are found; returns whether it did. Deterministic.
+    virtual bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit,
+                              std::vector<OccluderId>& found) = 0;
+    /// The polygon behind an id: convex, planar, with an area. Valid until the next call.
+    virtual const certify::Polygon& polygon(OccluderId id) = 0;
+};
+
+/// A plain list, for few occluders and for tests: ids are indices.
+class OccluderList final : public OccluderSource {
+  public:
+    explicit OccluderList(std::span<const certify::Polygon> polygons) : polygons_(polygons) {}
+    bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
+    const certify::Polygon& polygon(OccluderId id) override { return polygons_[id]; }
+
+  private:
+    std::span<const certify::Polygon> polygons_;
+};
+
+enum class Answer : std::uint8_t {
+    hidden,    ///< no open set of unblocked lines
+    visible,   ///< an open set of unblocked lines, one of which is the witness
+    undecided, ///< the budget ran out: to be reported as visible, and counted
+};
+
+enum class Start : std::uint8_t {
+    automatic, ///< prism, or hull where a corner of S lies in T's plane and one of T in that of S
+    prism_or_hull, ///< prism, or hull where any corner touches the other plane (the oracle's choice)
+    hull,      ///< always the hull of the corner lines
+};
+
+struct QueryOptions {
+    Start start = Start::automatic;
+    bool filtered = true;          ///< doubles with proven bounds first; false: the oracle, integers throughout
+    std::uint32_t rays = 8;        ///< random lines tried before any polytope is built
+    bool certificate = false;      ///< record the subdivision behind "hidden"
+    std::uint32_t max_pieces = 100000; ///< budget; beyond it the answer is `undecided`
+    std::uint64_t seed = 1;
+};
+
+struct QueryCounters {
+    std::uint64_t pieces = 0, subtractions = 0, splits = 0, crossing_tests = 0, known = 0;
+    std::uint64_t pairs = 0, triples = 0, hulls = 0, prisms = 0;
+    std::uint64_t exact_witnesses = 0, witness_retries = 0, widened = 0, broken = 0;
+    std::uint64_t single_cover = 0, random_witness = 0;
+    std::uint32_t most_vertices = 0;
+    ArithmeticCounters arithmetic;
+    void add(const QueryCounters& other);
+};
+
+/// An unblocked line: where it leaves S and where it meets T, in grid coordinates.
+struct Witness {
+    Homogeneous p, q;
+    Vec3d near_p, near_q; ///< rounded
+};
+
+struct QueryResult {
+    Answer answer = Answer::undecided;
+    Witness witness;                           ///< if visible
+    certify::HiddenTree tree;                  ///< if hidden and asked for; occluders are indices into `blockers`
+    std::vector<OccluderId> blockers;          ///< the effective occluders, in the order of their first use
+    QueryCounters counters;
+};
+
+/// Keeps its memory between queries. One per thread.
+class Query {
+  public:
+    Query();
+    ~Query();
+    Query(Query&&) noexcept;
+    Query& operator=(Query&&) noexcept;
+
+    /// Lines that leave the front of `s` and arrive at the front of `t`; both convex, planar, with an area, and
+    /// disjoint. Parts of either behind the other's plane do not count. Coordinates below 2^24 in magnitude.
+    /// Deterministic. Cost: microseconds to milliseconds, about the effective occluders to the power 1.5.
+    QueryResult run(std::span<const GridPoint> s, std::span<const GridPoint> t, OccluderSource& occluders,
+                    const QueryOptions& options = {});
+
+  private:
+    struct Solvers;
+    std::unique_ptr<Solvers> solvers_;
+};
+
+/// The witness as exact rationals, for the verifier.
+certify::WitnessSegment to_rational(const Witness& witness);
+
+} // namespace antumbra::exact
