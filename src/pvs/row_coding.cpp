@@ -50,7 +50,10 @@ struct NoSink {
 // .. or into the bytes of zeroed words, which finish() then turns into words on machines of other byte order.
 struct WordSink {
     unsigned char* bytes;
-    void literal(std::size_t at, std::span<const std::byte> from) { std::memcpy(bytes + at, from.data(), from.size()); }
+    void literal(std::size_t at, std::span<const std::byte> from) {
+        if (!from.empty()) // of no objects there are no words, and memcpy wants a place even for nothing
+            std::memcpy(bytes + at, from.data(), from.size());
+    }
     void ones(std::size_t at, std::size_t count) { std::memset(bytes + at, 0xFF, count); }
     void bit(std::size_t at) { bytes[at / 8] = static_cast<unsigned char>(bytes[at / 8] | 1u << (at % 8)); }
 };

@@ -54,6 +54,14 @@ TEST(RowCoding, RoundTrip) {
     }));
 }
 
+// Found by the fuzzer: memcpy to a null pointer.
+TEST(RowCoding, ARowOfNoObjectsDecodes) {
+    Words none;
+    EXPECT_TRUE(decode_row(bytes_of({0}), 0, none));
+    EXPECT_TRUE(decode_row(bytes_of({1}), 0, none));
+    EXPECT_TRUE(decode_row(bytes_of({2}), 0, none));
+}
+
 TEST(RowCoding, RefusesWhatIsNoRow) {
     auto refused = [](std::initializer_list<int> values, std::size_t objects) {
         Words words(words_for(objects));
