@@ -54,8 +54,77 @@ struct CellGrid {
     std::int64_t find(const Vec3d& eye) const;
 };
 
-/// Everything that goes into a file, decoded. Rows are bit sets over objects: bit o of row r is bit o%64 of word
-/// r*words_per_row + o/64.
+/// What is asked: a closed box of viewpoints (world; a single one: min == max), and either all directions or those of
+/// a camera's frustum.
+struct ViewRange {
+    Box3d eyes;
+    bool all_directions = true;
+    /// Else: directions of the four edges of the frustum, in order around it, none of them zero.
+    std::array<Vec3d, 4> corners{};
+};
+
+/// The range of a camera that looks along `direction` with `up` upward (neither need be normal or unit), whose height
+/// is 2 * tan_half_fov_y at distance 1 and whose width is `aspect` times that. Senseless values (NaN, zero or parallel
+/// vectors, a field of view without end) give all directions.
+ViewRange camera_range(const Box3d& eyes, const Vec3d& direction, const Vec3d& up, double tan_half_fov_y,
+                       double aspect);
+
+/// The five dimensions of view space. A direction d has no trigonometry in it: with |x|, |y|, |z| the sizes of its
+/// components, theta counts quarter turns about the y axis, 0 at +x, 1 at +z, 2 at -x, 3 at -z, straight in |z| /
+/// (|x| + |z|) between; phi is y / (|x| + |y| + |z|), from -1 (down) to 1 (up). So every bound in theta or phi is a
+/// plane through the eye within each octant.
+enum class ViewAxis : std::uint8_t { x, y, z, theta, phi };
+
+/// Each dimension of a view tree is 65,536 equal steps long; splits lie between steps.
+inline constexpr std::uint32_t kViewSteps = 65536;
+
+/// A closed box of view space, in steps: of the tree's bounds, of a whole turn, of phi from -1 to 1.
+struct ViewBox {
+    std::array<std::uint32_t, 5> low{0, 0, 0, 0, 0};
+    std::array<std::uint32_t, 5> high{kViewSteps, kViewSteps, kViewSteps, kViewSteps, kViewSteps};
+    bool operator==(const ViewBox&) const = default;
+};
+
+/// Where direction `d` (not zero, finite) lies, in steps: theta in [0, 65536), phi in [0, 65536].
+struct ViewDirection {
+    double theta = 0, phi = 0;
+};
+ViewDirection to_view_direction(const Vec3d& d);
+/// A direction there; |x| + |y| + |z| = 1 but for rounding.
+Vec3d from_view_direction(const ViewDirection& direction);
+
+/// Node of a view tree, in preorder: the child below the split follows its parent directly.
+struct ViewNode {
+    static constexpr std::uint8_t kLeaf = 5;
+    std::uint8_t axis = kLeaf; ///< ViewAxis, or kLeaf
+    std::uint16_t split = 0;   ///< inner: step strictly inside the node's own box; below it one child, above the other
+    std::uint32_t link = 0;    ///< inner: index of the child above; leaf: row, kCellNotBaked or kCellSolid
+    bool operator==(const ViewNode&) const = default;
+};
+
+/// A k-d tree over the five dimensions (Gotsman, Sudarsky, Fayman 1999, section 3). What a leaf's row holds is visible
+/// from some viewpoint of its box in some direction of its box.
+struct ViewTree {
+    static constexpr std::size_t kMostDepth = 255; ///< edges from the root to any leaf
+    Box3d bounds;                                  ///< world; outside, everything is visible
+    std::vector<ViewNode> nodes;                   ///< preorder; empty: no tree
+
+    /// World coordinate of a step, axis 0..2. Never decreases with the step.
+    double position(int axis, std::uint32_t step) const;
+    /// The spatial part of a view box.
+    Box3d spatial_box(const ViewBox& box) const;
+    /// ErrorCode::usage if the nodes are no tree in preorder of at most kMostDepth, a split lies outside its node, the
+    /// bounds are not finite, or a leaf's row is neither below row_count nor one of the two special values.
+    Status check(std::uint32_t row_count) const;
+    /// Appends the indices of all leaves that the range touches, in preorder; a viewpoint on a split belongs to the
+    /// side above. False, and nothing appended, if part of the range lies outside the bounds or is not finite: then
+    /// everything is visible. Conservative in direction: poles, the turn's end and roll count, borders belong to both
+    /// sides. Allocates only to append. O(nodes touched).
+    bool find_leaves(const ViewRange& range, std::vector<std::uint32_t>& leaves) const;
+};
+
+/// Everything that goes into a file, decoded. Rows are bit sets over objects, then over occludee volumes: bit o of row
+/// r is bit o%64 of word r*words_per_row + o/64. View cells are a grid or a tree, not both.
 struct PvsData {
     Guarantee guarantee = Guarantee::approximate;
     std::string method;       ///< e.g. "sampled"
@@ -67,11 +136,16 @@ struct PvsData {
     Vec3d origin;           ///< world position of local zero
     CellGrid grid;
     std::vector<std::uint32_t> cell_row; ///< per cell: row, kCellNotBaked or kCellSolid
+    ViewTree tree;
     std::vector<PvsObject> objects;
+    /// Occludee volumes: boxes of space that were baked as pseudo-objects, so that moving things can be asked about.
+    /// Bit objects.size() + v of a row: some of volume v, a cell of this grid, can be seen. Count 0: none.
+    CellGrid volumes;
     std::uint32_t row_count = 0;
-    std::vector<std::uint64_t> rows; ///< row_count * words_per_row() words; bits beyond the objects are zero
+    std::vector<std::uint64_t> rows; ///< row_count * words_per_row() words; bits beyond bits_per_row() are zero
 
-    std::size_t words_per_row() const { return (objects.size() + 63) / 64; }
+    std::size_t bits_per_row() const { return objects.size() + std::size_t(volumes.cells()); }
+    std::size_t words_per_row() const { return (bits_per_row() + 63) / 64; }
 };
 
 /// Encodes to the bytes of a file. The same data gives the same bytes. ErrorCode::usage if the data contradicts
@@ -79,12 +153,20 @@ struct PvsData {
 Result<std::vector<std::byte>> encode_pvs(const PvsData& data);
 
 /// Per-view state of a query, owned by the caller, one per thread. Value-initialised before first use; belongs
-/// to one Pvs. Never allocates after the first query.
+/// to one Pvs. Queries by eye never allocate after the first one in a grid; others reuse what it has grown to.
 struct PvsCursor {
-    std::int64_t cell = -2;            ///< cell of the last answer, -1: outside, -2: none asked yet
-    bool everything = false;           ///< the answer is "all objects" (outside, not baked, solid, damaged)
-    std::uint32_t visible_count = 0;   ///< set bits in `visible`
+    /// Of the last answer: the cell (of a tree: the node of the leaf), -1: outside, -2: none asked yet, -3: the answer
+    /// comes from several, or was for a range.
+    std::int64_t cell = -2;
+    /// No cell answers (outside, not baked, solid, damaged): all objects that lie in the range's frustum.
+    bool everything = false;
+    std::uint32_t visible_count = 0;    ///< set bits in `visible`
     std::vector<std::uint64_t> visible; ///< bit set over objects, valid until the next query with this cursor
+    std::vector<std::uint64_t> volumes; ///< bit set over occludee volumes
+
+    /// Scratch of Pvs: the rows to unite, their union, and one of them.
+    std::vector<std::uint32_t> next_rows;
+    std::vector<std::uint64_t> united, decoded;
 };
 
 /// An opened file: an immutable view of bytes that the caller keeps alive and unchanged. Safe from any number of
@@ -103,6 +185,8 @@ class Pvs {
     std::uint8_t sides() const { return sides_; }
     Vec3d origin() const { return origin_; }
     const CellGrid& grid() const { return grid_; }
+    const ViewTree& tree() const { return tree_; } ///< empty where cells are a grid
+    const CellGrid& volumes() const { return volumes_; }
     std::uint32_t object_count() const { return object_count_; }
     PvsObject object(std::uint32_t index) const;
     std::string_view object_name(std::uint32_t index) const;
@@ -114,18 +198,43 @@ class Pvs {
 
     /// Decodes row `row` into `words` (words_per_row() of them). Objects with kAlwaysVisible are set in every row.
     void decode_row(std::uint32_t row, std::span<std::uint64_t> words) const;
-    std::size_t words_per_row() const { return (std::size_t(object_count_) + 63) / 64; }
+    std::size_t bits_per_row() const { return std::size_t(object_count_) + std::size_t(volumes_.cells()); }
+    std::size_t words_per_row() const { return (bits_per_row() + 63) / 64; }
 
-    /// What can be seen from `eye` (world). An eye outside every cell, in a cell without an answer, or NaN sees
-    /// everything (cursor.everything). Returns whether the answer differs from the cursor's last one; the same
-    /// cell again costs a few nanoseconds. Guarantee: guarantee() inside baked cells, conservative elsewhere.
+    /// What can be seen from `eye` (world), whichever way one looks. An eye outside every cell, in a cell without an
+    /// answer, or NaN sees everything (cursor.everything). Returns whether the answer differs from the cursor's last
+    /// one; the same cell of a grid again costs a few nanoseconds. Guarantee: guarantee() inside baked cells,
+    /// conservative elsewhere.
     bool query(const Vec3d& eye, PvsCursor& cursor) const;
+
+    /// What can be seen from somewhere in the range: the union over all cells that it touches, less the objects whose
+    /// stored bounds lie outside its frustum from every one of its viewpoints (objects that are always visible stay).
+    /// A range that is partly outside, or not finite, sees everything in its frustum. Returns whether the answer differs
+    /// from the cursor's last one. Guarantee as in query(eye), but no better than conservative.
+    /// O(cells touched * row + visible objects).
+    bool query_range(const ViewRange& range, PvsCursor& cursor) const;
+
+    /// Whether something within `box` (world) can be seen, by the cursor's last answer: some occludee volume that the
+    /// box touches is visible. True where that cannot be told: no volumes, a box partly outside of them, NaN. Does
+    /// not look at the frustum of a range.
+    bool is_box_visible(const Box3d& box, const PvsCursor& cursor) const;
 
   private:
     friend class PvsOpener;
     Pvs() = default;
     std::span<const std::byte> coded_row(std::uint32_t row) const;
     std::uint32_t row_or_everything(std::int64_t cell) const;
+    /// What cells a range touches: `only` is the one (-1: none, -3: several); `known`: all of them have an answer.
+    struct Touched {
+        std::int64_t only = -1;
+        bool known = false;
+    };
+    /// `rows` becomes their rows, ascending, each once.
+    Touched touched(const ViewRange& range, std::vector<std::uint32_t>& rows) const;
+    bool answer(bool known, const ViewRange& range, PvsCursor& cursor) const;
+    void unite(PvsCursor& cursor) const;
+    bool show(PvsCursor& cursor) const;
+    void drop_outside(const ViewRange& range, std::span<std::uint64_t> objects) const;
 
     std::span<const std::byte> bytes_;
     Guarantee guarantee_ = Guarantee::approximate;
@@ -134,7 +243,8 @@ class Pvs {
     std::uint64_t structure_fingerprint_ = 0;
     std::uint8_t sides_ = 0;
     Vec3d origin_;
-    CellGrid grid_;
+    CellGrid grid_, volumes_;
+    ViewTree tree_;
     std::uint32_t object_count_ = 0, row_count_ = 0;
     std::span<const std::byte> objects_, names_, cells_, row_index_, row_bytes_;
     std::vector<std::uint64_t> always_visible_; ///< bit set over objects

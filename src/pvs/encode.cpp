@@ -26,7 +26,7 @@ Status check_rows(const PvsData& data) {
         return usage("'rows' holds " + std::to_string(data.rows.size()) + " words instead of row_count * " +
                      std::to_string(words));
     for (std::size_t r = 0; r < data.row_count; ++r)
-        if (has_bits_beyond(Row(data.rows).subspan(r * words, words), data.objects.size()))
+        if (has_bits_beyond(Row(data.rows).subspan(r * words, words), data.bits_per_row()))
             return usage("row " + std::to_string(r) + " has bits set beyond the objects");
     return {};
 }
@@ -35,6 +35,10 @@ Status check_cells(const PvsData& data) {
     std::uint64_t cells = 0;
     if (!is_usable(data.grid, cells))
         return usage("the cell grid is empty, too large or not finite");
+    if (cells > 0 && !data.tree.nodes.empty())
+        return usage("there is both a cell grid and a view tree");
+    if (Status status = data.tree.check(data.row_count); !status)
+        return status.in("encode_pvs");
     if (data.cell_row.size() != cells)
         return usage("'cell_row' has " + std::to_string(data.cell_row.size()) + " entries for " +
                      std::to_string(cells) + " cells");
@@ -52,6 +56,9 @@ Status check(const PvsData& data) {
         return usage("the origin is not finite");
     if (!fits_u32(data.objects.size()) || !fits_u32(data.method.size()) || !fits_u32(data.tool_version.size()))
         return {ErrorCode::limit, "encode_pvs: more than 2^32 objects or letters"};
+    std::uint64_t volumes = 0;
+    if (!is_usable(data.volumes, volumes) || !fits_u32(std::size_t(volumes) + data.objects.size()))
+        return usage("the grid of occludee volumes is empty, too large or not finite");
     if (Status status = check_cells(data); !status)
         return status;
     return check_rows(data);
@@ -77,7 +84,7 @@ class RowTable {
             words[w] |= data_.rows[row * words_ + w];
         auto [at, is_new] = numbers_.try_emplace(std::move(words), std::uint32_t(numbers_.size()));
         if (is_new) {
-            encode_row(at->first, data_.objects.size(), rows);
+            encode_row(at->first, data_.bits_per_row(), rows);
             fits = fits && fits_u32(rows.bytes.size());
             index.u32(static_cast<std::uint32_t>(rows.bytes.size()));
         }
@@ -121,6 +128,44 @@ ByteWriter encode_meta(const PvsData& data, std::uint32_t row_count) {
     return out;
 }
 
+void put_box(const Box3d& box, ByteWriter& out) {
+    for (const Vec3d& corner : {box.min, box.max})
+        for (int axis = 0; axis < 3; ++axis)
+            out.f64(corner[axis]);
+}
+
+ByteWriter encode_tree(const ViewTree& tree, RowTable& table) {
+    ByteWriter out;
+    put_box(tree.bounds, out);
+    out.u32(static_cast<std::uint32_t>(tree.nodes.size()));
+    for (int i = 0; i < 3; ++i)
+        out.u32(0);
+    std::uint32_t next = 0;
+    for (const ViewNode& node : tree.nodes) {
+        if (node.axis != ViewNode::kLeaf) {
+            out.u8(node.axis);
+            out.u16(node.split);
+            continue;
+        }
+        std::uint32_t row = node.link >= kCellSolid ? node.link : table.use(node.link);
+        out.u8(row == next ? kLeafOfNextRow : kLeafOfGivenRow);
+        if (row == next)
+            ++next;
+        else
+            out.u32(row);
+    }
+    return out;
+}
+
+ByteWriter encode_volumes(const CellGrid& volumes) {
+    ByteWriter out;
+    put_box(volumes.bounds, out);
+    for (std::uint32_t count : volumes.count)
+        out.u32(count);
+    out.u32(0);
+    return out;
+}
+
 ByteWriter encode_objects(const PvsData& data) {
     ByteWriter out;
     std::uint32_t name_end = 0;
@@ -144,24 +189,31 @@ ByteWriter encode_objects(const PvsData& data) {
 Result<std::vector<std::byte>> encode_pvs(const PvsData& data) {
     if (Status status = check(data); !status)
         return status;
-    ByteWriter names, cells;
+    ByteWriter names, cells, tree;
     for (const PvsObject& object : data.objects)
         names.text(object.name);
     RowTable table(data);
     for (std::uint32_t row : data.cell_row)
         cells.u32(row >= kCellSolid ? row : table.use(row));
+    if (!data.tree.nodes.empty())
+        tree = encode_tree(data.tree, table);
     if (!table.fits || !fits_u32(names.bytes.size()))
         return Status(ErrorCode::limit, "encode_pvs: more than 4 GiB of coded rows or names; bake fewer cells");
-    ByteWriter meta = encode_meta(data, table.count()), objects = encode_objects(data);
-    const Section sections[] = {
+    ByteWriter meta = encode_meta(data, table.count()), objects = encode_objects(data),
+               volumes = encode_volumes(data.volumes);
+    std::vector<Section> sections{
         {kMetaChunk, kRequired, meta.bytes},
         {kOptionsChunk, kRequired, std::as_bytes(std::span(data.options_json.data(), data.options_json.size()))},
         {kObjectsChunk, kRequired, objects.bytes},
         {kNamesChunk, kRequired, names.bytes},
         {kCellsChunk, kRequired, cells.bytes},
-        {kRowIndexChunk, kRequired, table.index.bytes},
-        {kRowsChunk, kRequired, table.rows.bytes},
     };
+    if (!data.tree.nodes.empty())
+        sections.push_back({kTreeChunk, kRequired, tree.bytes});
+    if (data.volumes.cells() > 0)
+        sections.push_back({kVolumesChunk, kRequired, volumes.bytes});
+    sections.push_back({kRowIndexChunk, kRequired, table.index.bytes});
+    sections.push_back({kRowsChunk, kRequired, table.rows.bytes});
     return write_chunks(sections);
 }
 

@@ -20,8 +20,8 @@ Vec3d load_vec3d(std::span<const std::byte> bytes, std::size_t at) {
 }
 
 bool is_known(ChunkId id) {
-    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kRowIndexChunk,
-                          kRowsChunk})
+    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk,
+                          kVolumesChunk, kRowIndexChunk, kRowsChunk})
         if (id == known)
             return true;
     return false;
@@ -67,7 +67,8 @@ class PvsOpener {
         if (Status status = check_known(sections_); !status)
             return status;
         for (Status (PvsOpener::*step)() : {&PvsOpener::meta, &PvsOpener::options, &PvsOpener::objects,
-                                            &PvsOpener::cells, &PvsOpener::rows})
+                                            &PvsOpener::cells, &PvsOpener::tree, &PvsOpener::volumes,
+                                            &PvsOpener::rows})
             if (Status status = (this->*step)(); !status)
                 return status;
         return {};
@@ -80,6 +81,8 @@ class PvsOpener {
             bytes = *found;
         return found.status();
     }
+
+    bool has(ChunkId id) const { return find_section(sections_, id).ok(); }
 
     Status meta() {
         std::span<const std::byte> bytes;
@@ -154,6 +157,77 @@ class PvsOpener {
         return {};
     }
 
+    Status tree() {
+        if (!has(kTreeChunk))
+            return {};
+        std::span<const std::byte> bytes;
+        (void)get(kTreeChunk, bytes);
+        if (cell_count_ > 0 || bytes.size() < kTreeHeaderBytes)
+            return corrupt(kTreeChunk, cell_count_ > 0 ? "there is a cell grid, too" : "it is too short");
+        pvs_.tree_.bounds = {load_vec3d(bytes, 0), load_vec3d(bytes, 24)};
+        if (!read_nodes(bytes.subspan(kTreeHeaderBytes), load_u32(bytes, 48)))
+            return corrupt(kTreeChunk, "the number of its nodes contradicts its size");
+        if (Status status = pvs_.tree_.check(pvs_.row_count_); !status)
+            return corrupt(kTreeChunk, status.message());
+        return {};
+    }
+
+    /// A node takes a byte at least, so that memory stays in proportion to the file.
+    bool read_nodes(std::span<const std::byte> bytes, std::uint32_t count) {
+        if (count == 0 || count > bytes.size())
+            return false;
+        pvs_.tree_.nodes.reserve(count);
+        std::uint32_t next_row = 0;
+        while (!bytes.empty()) {
+            auto kind = std::to_integer<std::uint8_t>(bytes[0]);
+            std::size_t size = kind < ViewNode::kLeaf ? 3 : kind == kLeafOfNextRow ? 1 : 5;
+            if (kind > kLeafOfGivenRow || size > bytes.size() || pvs_.tree_.nodes.size() == count)
+                return false;
+            if (kind < ViewNode::kLeaf)
+                pvs_.tree_.nodes.push_back({kind, load_u16(bytes, 1), 0});
+            else
+                pvs_.tree_.nodes.push_back(
+                    {ViewNode::kLeaf, 0, kind == kLeafOfNextRow ? next_row++ : load_u32(bytes, 1)});
+            bytes = bytes.subspan(size);
+        }
+        return pvs_.tree_.nodes.size() == count && link_nodes();
+    }
+
+    /// Preorder needs no links in the file: the child above a split follows the last node of the child below it.
+    bool link_nodes() {
+        std::vector<std::uint32_t> open; // inner nodes whose child above is still to come
+        std::vector<ViewNode>& nodes = pvs_.tree_.nodes;
+        for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+            if (nodes[n].axis != ViewNode::kLeaf) {
+                open.push_back(n);
+                continue;
+            }
+            if (n + 1 == nodes.size())
+                return open.empty();
+            if (open.empty())
+                return false;
+            nodes[open.back()].link = n + 1;
+            open.pop_back();
+        }
+        return false;
+    }
+
+    Status volumes() {
+        if (!has(kVolumesChunk))
+            return {};
+        std::span<const std::byte> bytes;
+        (void)get(kVolumesChunk, bytes);
+        if (bytes.size() != kVolumesBytes)
+            return corrupt(kVolumesChunk, "its size is wrong");
+        pvs_.volumes_.bounds = {load_vec3d(bytes, 0), load_vec3d(bytes, 24)};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            pvs_.volumes_.count[axis] = load_u32(bytes, 48 + 4 * axis);
+        std::uint64_t count = 0;
+        if (!is_usable(pvs_.volumes_, count) || count + pvs_.object_count_ > 0xFFFFFFFFu)
+            return corrupt(kVolumesChunk, "the grid is empty, too large or not finite");
+        return {};
+    }
+
     Status rows() {
         if (Status status = get(kRowIndexChunk, pvs_.row_index_); !status)
             return status;
@@ -166,7 +240,7 @@ class PvsOpener {
         if (!are_ends(count, pvs_.row_bytes_.size(), row_end))
             return corrupt(kRowIndexChunk, "the ends of the rows are out of order");
         for (std::uint32_t r = 0; r < count; ++r)
-            if (!is_row(pvs_.coded_row(r), pvs_.object_count_))
+            if (!is_row(pvs_.coded_row(r), pvs_.bits_per_row()))
                 return corrupt(kRowsChunk, "row " + std::to_string(r) + " cannot be decoded");
         return {};
     }

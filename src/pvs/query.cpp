@@ -2,9 +2,11 @@
 #include <antumbra/pvs.hpp>
 
 #include "pvs/format.hpp"
+#include "pvs/grid.hpp"
 #include "pvs/row_coding.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace antumbra {
 namespace {
@@ -30,6 +32,30 @@ void mark_visible(std::span<std::uint64_t> words, std::size_t objects) {
 
 /// Row of cells without an answer of their own.
 constexpr std::uint32_t kEverything = kCellNotBaked;
+
+// Values of PvsCursor::cell that are no cell.
+constexpr std::int64_t kOutside = -1, kNoneYet = -2, kSeveral = -3;
+
+/// Normals of the four planes of a frustum, each with the frustum on its positive side.
+std::array<Vec3d, 4> inward_normals(const std::array<Vec3d, 4>& corners) {
+    std::array<Vec3d, 4> normals;
+    for (std::size_t i = 0; i < 4; ++i) {
+        Vec3d normal = cross(corners[i], corners[(i + 1) % 4]);
+        normals[i] = dot(normal, corners[(i + 2) % 4]) + dot(normal, corners[(i + 3) % 4]) < 0 ? -normal : normal;
+    }
+    return normals;
+}
+
+/// Whether `box`, seen from the cone's apex, is wholly on the far side of a plane through it: no doubt left.
+bool is_outside(const Box3d& box, const Vec3d& normal) {
+    double nearest = 0, magnitude = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double low = box.min[axis] * normal[axis], high = box.max[axis] * normal[axis];
+        nearest += std::max(low, high);
+        magnitude += std::max(std::abs(low), std::abs(high));
+    }
+    return nearest < -1e-9 * magnitude;
+}
 
 } // namespace
 
@@ -91,11 +117,11 @@ std::span<const std::byte> Pvs::coded_row(std::uint32_t row) const {
 
 void Pvs::decode_row(std::uint32_t row, std::span<std::uint64_t> words) const {
     // open() has seen that every row decodes; should the bytes have changed since, everything is visible.
-    if (row >= row_count_ || !antumbra::decode_row(coded_row(row), object_count_, words)) {
-        mark_visible(words, object_count_);
+    if (row >= row_count_ || !antumbra::decode_row(coded_row(row), bits_per_row(), words)) {
+        mark_visible(words, bits_per_row());
         return;
     }
-    for (std::size_t w = 0; w < words.size(); ++w)
+    for (std::size_t w = 0; w < always_visible_.size(); ++w)
         words[w] |= always_visible_[w];
 }
 
@@ -104,24 +130,144 @@ std::uint32_t Pvs::row_or_everything(std::int64_t cell) const {
     return row == kCellSolid ? kEverything : row;
 }
 
+Pvs::Touched Pvs::touched(const ViewRange& range, std::vector<std::uint32_t>& rows) const {
+    rows.clear();
+    Touched touched;
+    if (!tree_.nodes.empty()) {
+        if (!tree_.find_leaves(range, rows))
+            return touched;
+        touched.only = rows.size() == 1 ? std::int64_t(rows[0]) : kSeveral;
+        for (std::uint32_t& leaf : rows)
+            leaf = tree_.nodes[leaf].link;
+    } else {
+        if (grid_.cells() == 0 || !grid_.bounds.contains(range.eyes.min) || !grid_.bounds.contains(range.eyes.max) ||
+            range.eyes.empty())
+            return touched;
+        touched.only = kSeveral;
+        SlabRange slabs = slabs_of(grid_, range.eyes);
+        for (std::uint64_t k = slabs.first[2]; k <= slabs.last[2]; ++k)
+            for (std::uint64_t j = slabs.first[1]; j <= slabs.last[1]; ++j)
+                for (std::uint64_t i = slabs.first[0]; i <= slabs.last[0]; ++i)
+                    rows.push_back(cell_row(i + grid_.count[0] * (j + grid_.count[1] * k)));
+    }
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    touched.known = rows.back() < kCellSolid;
+    return touched;
+}
+
+/// Bits of all rows of cursor.next_rows into cursor.united.
+void Pvs::unite(PvsCursor& cursor) const {
+    cursor.united.resize(words_per_row());
+    cursor.decoded.resize(words_per_row());
+    decode_row(cursor.next_rows[0], cursor.united);
+    for (std::size_t i = 1; i < cursor.next_rows.size(); ++i) {
+        decode_row(cursor.next_rows[i], cursor.decoded);
+        for (std::size_t w = 0; w < cursor.united.size(); ++w)
+            cursor.united[w] |= cursor.decoded[w];
+    }
+}
+
+/// Makes cursor.united the answer: its first bits are objects, the others volumes. Whether that changed it.
+bool Pvs::show(PvsCursor& cursor) const {
+    std::size_t first = object_count_ / 64; // the word in which the volumes begin
+    unsigned shift = object_count_ % 64;
+    bool changed = false;
+    auto put = [&](std::uint64_t& to, std::uint64_t value) {
+        changed = changed || to != value;
+        to = value;
+    };
+    cursor.visible.resize(words_for(object_count_));
+    cursor.volumes.resize(words_for(bits_per_row() - object_count_));
+    for (std::size_t w = 0; w < cursor.visible.size(); ++w)
+        put(cursor.visible[w], w == first ? cursor.united[w] & ((std::uint64_t(1) << shift) - 1) : cursor.united[w]);
+    for (std::size_t w = 0; w < cursor.volumes.size(); ++w) {
+        std::uint64_t value = cursor.united[first + w] >> shift;
+        if (shift != 0 && first + w + 1 < cursor.united.size())
+            value |= cursor.united[first + w + 1] << (64 - shift);
+        put(cursor.volumes[w], value);
+    }
+    cursor.visible_count = count_bits(cursor.visible);
+    return changed;
+}
+
+/// Answers from cursor.next_rows, or with everything.
+bool Pvs::answer(bool known, const ViewRange& range, PvsCursor& cursor) const {
+    bool changed = cursor.cell == kNoneYet || cursor.everything == known;
+    cursor.everything = !known;
+    if (known) {
+        unite(cursor);
+    } else {
+        cursor.united.resize(words_per_row());
+        mark_visible(cursor.united, bits_per_row());
+    }
+    if (!range.all_directions)
+        drop_outside(range, cursor.united);
+    return show(cursor) || changed;
+}
+
 bool Pvs::query(const Vec3d& eye, PvsCursor& cursor) const {
+    ViewRange range{{eye, eye}, true, {}};
+    if (!tree_.nodes.empty())
+        return query_range(range, cursor);
     std::int64_t cell = grid_.find(eye);
-    bool first = cursor.cell == -2 || cursor.visible.size() != words_per_row();
-    if (!first && cell == cursor.cell)
+    if (cell == cursor.cell)
         return false;
     std::uint32_t row = row_or_everything(cell);
-    bool same = !first && row == (cursor.everything ? kEverything : row_or_everything(cursor.cell));
+    bool changed = cursor.cell < kOutside || row != row_or_everything(cursor.cell);
+    if (changed) {
+        cursor.next_rows.assign(1, row);
+        changed = answer(row != kEverything, range, cursor);
+    }
     cursor.cell = cell;
-    if (same)
-        return false;
-    cursor.visible.resize(words_per_row());
-    cursor.everything = row == kEverything;
-    if (cursor.everything)
-        mark_visible(cursor.visible, object_count_);
-    else
-        decode_row(row, cursor.visible);
-    cursor.visible_count = count_bits(cursor.visible);
-    return true;
+    return changed;
+}
+
+bool Pvs::query_range(const ViewRange& range, PvsCursor& cursor) const {
+    Touched cells = touched(range, cursor.next_rows);
+    bool changed = answer(cells.known, range, cursor);
+    // In a grid, only query(eye) may say that the cursor holds all that a cell sees.
+    cursor.cell = cells.only == kOutside || !tree_.nodes.empty() ? cells.only : kSeveral;
+    return changed;
+}
+
+void Pvs::drop_outside(const ViewRange& range, std::span<std::uint64_t> objects) const {
+    std::array<Vec3d, 4> normals = inward_normals(range.corners);
+    for (std::size_t w = 0; w < words_for(object_count_); ++w)
+        for (std::uint64_t rest = objects[w] & ~always_visible_[w]; rest != 0; rest &= rest - 1) {
+            std::size_t o = w * 64 + static_cast<unsigned>(std::countr_zero(rest));
+            if (o >= object_count_)
+                return; // volumes
+            Box3d bounds = object_bounds(static_cast<std::uint32_t>(o));
+            // All differences of a point of the object and a viewpoint.
+            Box3d seen{bounds.min - range.eyes.max, bounds.max - range.eyes.min};
+            bool outside = false;
+            for (const Vec3d& normal : normals)
+                outside = outside || is_outside(seen, normal);
+            if (outside)
+                objects[w] &= ~(std::uint64_t(1) << (o % 64));
+        }
+}
+
+bool Pvs::is_box_visible(const Box3d& box, const PvsCursor& cursor) const {
+    if (cursor.everything || cursor.cell == kNoneYet || cursor.volumes.empty() || box.empty() ||
+        !volumes_.bounds.contains(box.min) || !volumes_.bounds.contains(box.max))
+        return true;
+    SlabRange slabs = slabs_of(volumes_, box);
+    for (int axis = 0; axis < 3; ++axis) { // a face in common is touched, too
+        auto k = static_cast<std::size_t>(axis);
+        double low = volumes_.bounds.min[axis], high = volumes_.bounds.max[axis];
+        while (slabs.first[k] > 0 && slab_start(low, high, volumes_.count[k], slabs.first[k]) >= box.min[axis])
+            --slabs.first[k];
+    }
+    for (std::uint64_t z = slabs.first[2]; z <= slabs.last[2]; ++z)
+        for (std::uint64_t y = slabs.first[1]; y <= slabs.last[1]; ++y)
+            for (std::uint64_t x = slabs.first[0]; x <= slabs.last[0]; ++x) {
+                std::uint64_t v = x + volumes_.count[0] * (y + volumes_.count[1] * z);
+                if (cursor.volumes[v / 64] >> (v % 64) & 1)
+                    return true;
+            }
+    return false;
 }
 
 } // namespace antumbra

@@ -14,6 +14,7 @@
 namespace antumbra {
 namespace {
 
+using test::expected_row;
 using test::random_pvs;
 using Words = std::vector<std::uint64_t>;
 
@@ -27,16 +28,6 @@ Pvs opened(std::span<const std::byte> bytes) {
     Result<Pvs> pvs = Pvs::open(bytes);
     EXPECT_TRUE(pvs.ok()) << pvs.status().message();
     return *pvs;
-}
-
-/// What row `row` of the data must answer: its bits and the objects that are always visible.
-Words expected_row(const PvsData& data, std::uint32_t row) {
-    std::size_t words = data.words_per_row();
-    Words bits(data.rows.begin() + std::ptrdiff_t(row * words), data.rows.begin() + std::ptrdiff_t((row + 1) * words));
-    for (std::size_t o = 0; o < data.objects.size(); ++o)
-        if (data.objects[o].flags & kAlwaysVisible)
-            bits[o / 64] |= std::uint64_t(1) << (o % 64);
-    return bits;
 }
 
 std::set<std::uint32_t> members(const Words& words) {

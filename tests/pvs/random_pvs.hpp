@@ -78,4 +78,24 @@ inline PvsData random_pvs(std::uint64_t seed, std::uint32_t most_objects = 300) 
     return data;
 }
 
+/// Adds occludee volumes around the cells, and draws all rows anew.
+inline void add_volumes(Random& random, PvsData& data) {
+    Box3d bounds = data.tree.nodes.empty() ? data.grid.bounds : data.tree.bounds;
+    data.volumes = {{bounds.min - Vec3d{1, 2, 3}, bounds.max + Vec3d{3, 2, 1}}, {3, 2, 1 + random.below(4)}};
+    data.rows.assign(data.row_count * data.words_per_row(), 0);
+    for (std::uint32_t r = 0; r < data.row_count; ++r)
+        random_row(random, static_cast<std::uint32_t>(data.bits_per_row()),
+                   std::span(data.rows).subspan(r * data.words_per_row(), data.words_per_row()));
+}
+
+/// What row `row` of the data must answer: its bits and the objects that are always visible.
+inline std::vector<std::uint64_t> expected_row(const PvsData& data, std::uint32_t row) {
+    auto words = std::span(data.rows).subspan(row * data.words_per_row(), data.words_per_row());
+    std::vector<std::uint64_t> bits(words.begin(), words.end());
+    for (std::size_t o = 0; o < data.objects.size(); ++o)
+        if (data.objects[o].flags & 4)
+            bits[o / 64] |= std::uint64_t(1) << (o % 64);
+    return bits;
+}
+
 } // namespace antumbra::test
