@@ -1,0 +1,155 @@
+#include "bake/exact/occluders_along.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace antumbra::exact {
+namespace {
+
+Vec3d to_vector(const GridPoint& p) {
+    return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+}
+
+/// Boxes are grown by this much (grid units) before a segment is tested. Coordinates stay below 2^25, so that all
+/// roundings here, and that of the segment's ends, move a point by less than 2^-20.
+constexpr double kMargin = 0x1p-8;
+
+/// Parameter at which the segment enters the grown box; negative infinity is never returned. False: certainly misses.
+bool enters(const GridBox& box, const Vec3d& p, const Vec3d& d, const Vec3d& inverse, double& at) {
+    double first = 0, last = 1;
+    for (int k = 0; k < 3; ++k) {
+        double low = static_cast<double>(box.min[k]) - kMargin - p[k];
+        double high = static_cast<double>(box.max[k]) + kMargin - p[k];
+        if (d[k] == 0) {
+            if (low > 0 || high < 0)
+                return false;
+            continue;
+        }
+        double a = low * inverse[k], b = high * inverse[k];
+        first = std::max(first, std::min(a, b));
+        last = std::min(last, std::max(a, b));
+    }
+    at = first;
+    return first <= last * (1 + 0x1p-48) + 0x1p-48;
+}
+
+double norm1(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// False only if the line certainly passes outside one edge and inside another: the volumes' signs are beyond doubt.
+bool may_cross(const Vec3d& d, const Vec3d* v, std::size_t n) {
+    bool left = false, right = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3d &a = v[i], &b = v[(i + 1) % n];
+        Vec3d c = cross(a, b);
+        double value = dot(d, c), size = 0, area = 0;
+        for (int k = 0; k < 3; ++k) {
+            int x = (k + 1) % 3, y = (k + 2) % 3;
+            double terms = std::abs(a[x] * b[y]) + std::abs(a[y] * b[x]);
+            size += std::abs(d[k]) * terms;
+            area += terms;
+        }
+        // Relative rounding of the sum below 8 u; the segment's ends may be off by 2^-20, the corners are exact.
+        double around = norm1(a) + norm1(b) + 1;
+        double doubt = 16 * kUnit * size + 0x1p-18 * ((norm1(d) + 1) * around + area);
+        left |= value > doubt;
+        right |= value < -doubt;
+    }
+    return !(left && right);
+}
+
+} // namespace
+
+OccludersAlong::OccludersAlong(const SceneTree& tree) : tree_(tree), hidden_(tree.nodes().size(), 0) {}
+
+void OccludersAlong::forget_hidden() { std::fill(hidden_.begin(), hidden_.end(), std::uint8_t(0)); }
+
+std::array<GridPoint, 4> OccludersAlong::virtual_polygon(const GridBox& box, int k) {
+    if (k < 6)
+        return face_of(box, k / 2, k % 2);
+    // The six rectangles through two opposite edges: along each axis, the two diagonals of the other two.
+    int axis = (k - 6) / 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
+    std::array<GridPoint, 4> corners;
+    for (int i = 0; i < 4; ++i) {
+        GridPoint p;
+        bool far = i == 1 || i == 2;
+        p[axis] = i >= 2 ? box.max[axis] : box.min[axis];
+        p[b] = far ? box.max[b] : box.min[b];
+        p[c] = far != (k % 2 == 1) ? box.max[c] : box.min[c];
+        corners[static_cast<std::size_t>(i)] = p;
+    }
+    return corners;
+}
+
+const certify::Polygon& OccludersAlong::polygon(OccluderId id) {
+    polygon_.corners.clear();
+    if (id < kVirtual) {
+        for (const GridPoint& p : tree_.corners(id))
+            polygon_.corners.push_back(p);
+        polygon_.both_sides = tree_.both_sides(id);
+        return polygon_;
+    }
+    id -= kVirtual;
+    for (const GridPoint& p : virtual_polygon(tree_.nodes()[id / 12].box, static_cast<int>(id % 12)))
+        polygon_.corners.push_back(p);
+    polygon_.both_sides = true;
+    return polygon_;
+}
+
+bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit,
+                                  std::vector<OccluderId>& found) {
+    Vec3d d = q - p, inverse{1 / d.x, 1 / d.y, 1 / d.z};
+    const auto& nodes = tree_.nodes();
+    stack_.clear();
+    double at = 0;
+    if (enters(nodes[0].box, p, d, inverse, at))
+        stack_.push_back({at, 0});
+    while (!stack_.empty()) {
+        if (found.size() >= limit)
+            return true;
+        std::uint32_t n = stack_.back().second;
+        stack_.pop_back();
+        const SceneTree::Node& node = nodes[n];
+        if (hidden_[n]) {
+            for (int k = 0; k < 12; ++k) {
+                Vec3d v[4];
+                std::array<GridPoint, 4> corners = virtual_polygon(node.box, k);
+                if (corners[0] == corners[1] || corners[1] == corners[2])
+                    continue; // no area
+                for (std::size_t i = 0; i < 4; ++i)
+                    v[i] = to_vector(corners[i]) - p;
+                if (may_cross(d, v, 4))
+                    found.push_back(kVirtual + 12 * n + static_cast<OccluderId>(k));
+            }
+            continue;
+        }
+        if (node.children == 0) {
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                std::uint32_t t = tree_.order()[i];
+                if (!tree_.occludes(t))
+                    continue;
+                Vec3d v[3];
+                for (std::size_t c = 0; c < 3; ++c)
+                    v[c] = to_vector(tree_.corners(t)[c]) - p;
+                if (may_cross(d, v, 3))
+                    found.push_back(t);
+            }
+            continue;
+        }
+        // The nearer child last, so that it comes off first.
+        double at_a = 0, at_b = 0;
+        bool a = enters(nodes[node.children].box, p, d, inverse, at_a);
+        bool b = enters(nodes[node.children + 1].box, p, d, inverse, at_b);
+        if (a && b && at_a < at_b) {
+            stack_.push_back({at_b, node.children + 1});
+            stack_.push_back({at_a, node.children});
+        } else {
+            if (a)
+                stack_.push_back({at_a, node.children});
+            if (b)
+                stack_.push_back({at_b, node.children + 1});
+        }
+    }
+    return false;
+}
+
+} // namespace antumbra::exact

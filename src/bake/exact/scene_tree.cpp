@@ -1,0 +1,232 @@
+#include "bake/exact/scene_tree.hpp"
+
+#include "bake/exact/integer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace antumbra::exact {
+namespace {
+
+constexpr std::uint32_t kLeafTriangles = 2;
+constexpr int kBins = 16;
+
+double half_area(const GridBox& b) {
+    double d[3];
+    for (int k = 0; k < 3; ++k)
+        d[k] = static_cast<double>(b.max[k] - b.min[k]);
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+}
+
+struct Item {
+    GridBox box;
+    std::uint32_t id;
+    std::int64_t centre(int axis) const { return box.min[axis] + box.max[axis]; }
+};
+
+/// Where to cut a range of items in two: by the surface area heuristic over bins of centres, or in the middle.
+std::size_t partition(std::vector<Item>& items, std::size_t first, std::size_t count) {
+    int best_axis = -1, best_bin = 0;
+    double best_cost = 0;
+    std::int64_t low[3], high[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = INT64_MAX;
+        high[axis] = INT64_MIN;
+        for (std::size_t i = first; i < first + count; ++i) {
+            low[axis] = std::min(low[axis], items[i].centre(axis));
+            high[axis] = std::max(high[axis], items[i].centre(axis));
+        }
+    }
+    auto bin_of = [&](const Item& item, int axis) {
+        return static_cast<int>((item.centre(axis) - low[axis]) * kBins / (high[axis] - low[axis] + 1));
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        if (low[axis] == high[axis])
+            continue;
+        GridBox boxes[kBins];
+        std::size_t counts[kBins] = {};
+        for (std::size_t i = first; i < first + count; ++i) {
+            int bin = bin_of(items[i], axis);
+            boxes[bin].extend(items[i].box);
+            ++counts[bin];
+        }
+        double right_area[kBins];
+        GridBox sum;
+        for (int bin = kBins - 1; bin > 0; --bin) {
+            if (counts[bin])
+                sum.extend(boxes[bin]);
+            right_area[bin] = sum.min.x > sum.max.x ? 0 : half_area(sum);
+        }
+        sum = {};
+        std::size_t left = 0;
+        for (int bin = 0; bin + 1 < kBins; ++bin) {
+            if (counts[bin])
+                sum.extend(boxes[bin]);
+            left += counts[bin];
+            if (left == 0 || left == count)
+                continue;
+            double cost = static_cast<double>(left) * half_area(sum) +
+                          static_cast<double>(count - left) * right_area[bin + 1];
+            if (best_axis < 0 || cost < best_cost) {
+                best_axis = axis;
+                best_bin = bin;
+                best_cost = cost;
+            }
+        }
+    }
+    if (best_axis < 0)
+        return first + count / 2;
+    auto begin = items.begin() + static_cast<std::ptrdiff_t>(first);
+    auto middle = std::stable_partition(begin, begin + static_cast<std::ptrdiff_t>(count), [&](const Item& item) {
+        return bin_of(item, best_axis) <= best_bin;
+    });
+    return static_cast<std::size_t>(middle - items.begin());
+}
+
+} // namespace
+
+struct SceneTree::Builder {
+    SceneTree& tree;
+    std::vector<Item> objects, triangles;
+
+    void set_leaf(std::uint32_t node, std::size_t first, std::size_t count) {
+        tree.nodes_[node].first = static_cast<std::uint32_t>(tree.order_.size());
+        tree.nodes_[node].count = static_cast<std::uint32_t>(count);
+        for (std::size_t i = first; i < first + count; ++i) {
+            tree.order_.push_back(triangles[i].id);
+            tree.leaf_of_[triangles[i].id] = node;
+        }
+    }
+    std::uint32_t add_children(std::uint32_t node) {
+        auto children = static_cast<std::uint32_t>(tree.nodes_.size());
+        tree.nodes_[node].children = children;
+        tree.nodes_.resize(tree.nodes_.size() + 2);
+        tree.parents_.resize(tree.nodes_.size(), node);
+        return children;
+    }
+    void close(std::uint32_t node) {
+        const Node &a = tree.nodes_[tree.nodes_[node].children], &b = tree.nodes_[tree.nodes_[node].children + 1];
+        Node& n = tree.nodes_[node];
+        n.box.extend(a.box);
+        n.box.extend(b.box);
+        n.first = a.first;
+        n.count = a.count + b.count;
+        n.object = a.object == b.object ? a.object : kManyObjects;
+    }
+    void build_triangles(std::uint32_t node, std::size_t first, std::size_t count, std::uint32_t object) {
+        tree.nodes_[node].object = object;
+        if (count <= kLeafTriangles) {
+            for (std::size_t i = first; i < first + count; ++i)
+                tree.nodes_[node].box.extend(triangles[i].box);
+            set_leaf(node, first, count);
+            return;
+        }
+        std::size_t middle = partition(triangles, first, count);
+        std::uint32_t children = add_children(node);
+        build_triangles(children, first, middle - first, object);
+        build_triangles(children + 1, middle, first + count - middle, object);
+        close(node);
+        tree.nodes_[node].object = object;
+    }
+    void build_objects(std::uint32_t node, std::size_t first, std::size_t count) {
+        if (count == 1) {
+            const Object& object = tree.scene_->objects()[objects[first].id];
+            build_triangles(node, object.first_triangle, object.triangle_count, objects[first].id);
+            return;
+        }
+        std::size_t middle = partition(objects, first, count);
+        std::uint32_t children = add_children(node);
+        build_objects(children, first, middle - first);
+        build_objects(children + 1, middle, first + count - middle);
+        close(node);
+    }
+};
+
+GridPoint SceneTree::to_grid(const Vec3d& local) const {
+    GridPoint p;
+    for (int k = 0; k < 3; ++k)
+        p[k] = static_cast<std::int64_t>(std::floor(local[k] / scene_->step() + 0.5)); // exact: a power of two
+    return p;
+}
+
+SceneTree SceneTree::build(const Scene& scene) {
+    SceneTree tree;
+    tree.scene_ = &scene;
+    auto count = static_cast<std::uint32_t>(scene.triangles().size());
+    tree.corners_.resize(count);
+    tree.leaf_of_.resize(count);
+    tree.order_.reserve(count);
+    Builder builder{tree, {}, {}};
+    builder.triangles.resize(count);
+    for (std::uint32_t t = 0; t < count; ++t) {
+        GridBox box;
+        for (int c = 0; c < 3; ++c) {
+            GridPoint p = tree.to_grid(scene.vertex(t, c));
+            tree.corners_[t][static_cast<std::size_t>(c)] = p;
+            box.extend(p);
+        }
+        builder.triangles[t] = {box, t};
+    }
+    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+        const Object& object = scene.objects()[o];
+        if (object.triangle_count == 0)
+            continue;
+        GridBox box;
+        for (std::uint32_t t = 0; t < object.triangle_count; ++t)
+            box.extend(builder.triangles[object.first_triangle + t].box);
+        builder.objects.push_back({box, o});
+    }
+    tree.nodes_.resize(1);
+    tree.parents_.push_back(0);
+    builder.build_objects(0, 0, builder.objects.size());
+    return tree;
+}
+
+bool touches(const GridBox& box, const std::array<GridPoint, 3>& triangle) {
+    // Twice the coordinates, so that the box's centre is an integer.
+    GridPoint centre = box.min + box.max, half = box.max - box.min;
+    GridPoint v[3];
+    for (std::size_t i = 0; i < 3; ++i)
+        v[i] = triangle[i] * 2 - centre;
+    auto separates = [&](const GridPoint& axis) {
+        Int128 low = 0, high = 0, reach = 0;
+        for (int i = 0; i < 3; ++i) {
+            Int128 at = 0;
+            for (int k = 0; k < 3; ++k)
+                at += static_cast<Int128>(axis[k]) * v[i][k];
+            low = i == 0 || at < low ? at : low;
+            high = i == 0 || at > high ? at : high;
+        }
+        for (int k = 0; k < 3; ++k)
+            reach += static_cast<Int128>(axis[k] < 0 ? -axis[k] : axis[k]) * half[k];
+        return low > reach || high < -reach;
+    };
+    GridPoint e[3] = {triangle[1] - triangle[0], triangle[2] - triangle[1], triangle[0] - triangle[2]};
+    if (separates(cross(e[0], e[1])))
+        return false;
+    for (int k = 0; k < 3; ++k) {
+        GridPoint axis{0, 0, 0};
+        axis[k] = 1;
+        if (separates(axis))
+            return false;
+        for (const GridPoint& edge : e)
+            if (separates(cross(axis, edge)))
+                return false;
+    }
+    return true;
+}
+
+std::array<GridPoint, 4> face_of(const GridBox& box, int axis, int side) {
+    int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    std::array<GridPoint, 4> corners;
+    for (int k = 0; k < 4; ++k) {
+        GridPoint p;
+        p[axis] = side ? box.max[axis] : box.min[axis];
+        p[b] = k == 1 || k == 2 ? box.max[b] : box.min[b];
+        p[c] = k >= 2 ? box.max[c] : box.min[c];
+        corners[static_cast<std::size_t>(side ? k : 3 - k)] = p;
+    }
+    return corners;
+}
+
+} // namespace antumbra::exact

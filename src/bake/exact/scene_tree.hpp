@@ -1,0 +1,80 @@
+// The scene on its integer grid, in a tree of boxes: first objects, then the triangles of each. What exact queries
+// walk from front to back, and where the occluders along a line are found.
+#pragma once
+
+#include "geometry/pluecker.hpp"
+
+#include <antumbra/scene.hpp>
+
+#include <vector>
+
+namespace antumbra::exact {
+
+/// Closed, in grid coordinates.
+struct GridBox {
+    GridPoint min{INT32_MAX, INT32_MAX, INT32_MAX}, max{INT32_MIN, INT32_MIN, INT32_MIN};
+
+    void extend(const GridPoint& p) {
+        for (int k = 0; k < 3; ++k) {
+            min[k] = std::min(min[k], p[k]);
+            max[k] = std::max(max[k], p[k]);
+        }
+    }
+    void extend(const GridBox& b) {
+        extend(b.min);
+        extend(b.max);
+    }
+    bool touches(const GridBox& b) const {
+        for (int k = 0; k < 3; ++k)
+            if (min[k] > b.max[k] || b.min[k] > max[k])
+                return false;
+        return true;
+    }
+    bool operator==(const GridBox&) const = default;
+};
+
+/// Does the closed triangle touch the closed box? Exact (separating axes in integers).
+bool touches(const GridBox& box, const std::array<GridPoint, 3>& triangle);
+
+/// The four corners of a box's face, counter-clockwise seen from outside. side 0: low, 1: high.
+std::array<GridPoint, 4> face_of(const GridBox& box, int axis, int side);
+
+/// Immutable, thread-safe; refers to the scene.
+class SceneTree {
+  public:
+    static constexpr std::uint32_t kManyObjects = 0xFFFFFFFFu;
+    struct Node {
+        GridBox box;
+        std::uint32_t children = 0; ///< two in a row; 0: a leaf
+        std::uint32_t first = 0, count = 0; ///< into order()
+        std::uint32_t object = kManyObjects; ///< the object of all its triangles, if there is only one
+    };
+
+    /// O(n log n). All triangles of the scene take part.
+    static SceneTree build(const Scene& scene);
+
+    const Scene& scene() const { return *scene_; }
+    const std::vector<Node>& nodes() const { return nodes_; }
+    /// Parent of each node; the root is its own.
+    const std::vector<std::uint32_t>& parents() const { return parents_; }
+    /// Triangles, so that every node's are contiguous.
+    const std::vector<std::uint32_t>& order() const { return order_; }
+    std::uint32_t leaf_of(std::uint32_t triangle) const { return leaf_of_[triangle]; }
+    const std::array<GridPoint, 3>& corners(std::uint32_t triangle) const { return corners_[triangle]; }
+    std::size_t corners_count() const { return corners_.size(); } ///< triangles
+    bool occludes(std::uint32_t triangle) const { return scene_->object_of(triangle).has(kOccludes); }
+    bool both_sides(std::uint32_t triangle) const { return scene_->object_of(triangle).has(kDoubleSided); }
+    /// Local coordinates must be whole multiples of the scene's step.
+    GridPoint to_grid(const Vec3d& local) const;
+    Vec3d to_local(const Vec3d& grid) const { return grid * scene_->step(); }
+
+  private:
+    const Scene* scene_ = nullptr;
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> parents_, order_, leaf_of_;
+    std::vector<std::array<GridPoint, 3>> corners_;
+
+    struct Builder;
+};
+
+} // namespace antumbra::exact
