@@ -96,13 +96,13 @@ void compare(const Case& c, bool certificate, Tally& tally) {
 TEST(Oracle, TheFastFormAgreesOnRandomAndDegenerateQueries) {
     Tally tally;
     Random random(20261122);
-    for (int k = 0; k < 4000; ++k) {
+    for (int k = 0; k < 2000; ++k) {
         Case c = draw(random);
         compare(c, k % 8 == 0, tally);
         if (HasFatalFailure())
             FAIL() << "case " << k;
     }
-    EXPECT_GT(tally.hidden, 500u);
+    EXPECT_GT(tally.hidden, 300u);
     EXPECT_GT(tally.verified_trees, 50u);
     EXPECT_GT(tally.counters.arithmetic.signs_residue, 100u); // the zero proofs are in use
 }
