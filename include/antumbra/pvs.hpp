@@ -73,16 +73,15 @@ ViewRange camera_range(const Box3d& eyes, const Vec3d& direction, const Vec3d& u
 /// components, theta counts quarter turns about the y axis, 0 at +x, 1 at +z, 2 at -x, 3 at -z, straight in |z| /
 /// (|x| + |z|) between; phi is y / (|x| + |y| + |z|), from -1 (down) to 1 (up). So every bound in theta or phi is a
 /// plane through the eye within each octant.
-enum class ViewAxis : std::uint8_t { x, y, z, theta, phi };
 
 /// Each dimension of a view tree is 65,536 equal steps long; splits lie between steps.
 inline constexpr std::uint32_t kViewSteps = 65536;
 
 /// A closed box of view space, in steps: of the tree's bounds, of a whole turn, of phi from -1 to 1.
-struct ViewBox {
+struct ViewRegion {
     std::array<std::uint32_t, 5> low{0, 0, 0, 0, 0};
     std::array<std::uint32_t, 5> high{kViewSteps, kViewSteps, kViewSteps, kViewSteps, kViewSteps};
-    bool operator==(const ViewBox&) const = default;
+    bool operator==(const ViewRegion&) const = default;
 };
 
 /// Where direction `d` (not zero, finite) lies, in steps: theta in [0, 65536), phi in [0, 65536].
@@ -96,7 +95,7 @@ Vec3d from_view_direction(const ViewDirection& direction);
 /// Node of a view tree, in preorder: the child below the split follows its parent directly.
 struct ViewNode {
     static constexpr std::uint8_t kLeaf = 5;
-    std::uint8_t axis = kLeaf; ///< ViewAxis, or kLeaf
+    std::uint8_t axis = kLeaf; ///< 0..4: x, y, z, theta, phi; or kLeaf
     std::uint16_t split = 0;   ///< inner: step strictly inside the node's own box; below it one child, above the other
     std::uint32_t link = 0;    ///< inner: index of the child above; leaf: row, kCellNotBaked or kCellSolid
     bool operator==(const ViewNode&) const = default;
@@ -112,7 +111,7 @@ struct ViewTree {
     /// World coordinate of a step, axis 0..2. Never decreases with the step.
     double position(int axis, std::uint32_t step) const;
     /// The spatial part of a view box.
-    Box3d spatial_box(const ViewBox& box) const;
+    Box3d spatial_box(const ViewRegion& box) const;
     /// ErrorCode::usage if the nodes are no tree in preorder of at most kMostDepth, a split lies outside its node, the
     /// bounds are not finite, or a leaf's row is neither below row_count nor one of the two special values.
     Status check(std::uint32_t row_count) const;

@@ -9,7 +9,7 @@ namespace antumbra {
 struct DirectionBox {
     std::uint32_t theta_low, theta_high, phi_low, phi_high;
 
-    bool touches(const ViewBox& box) const {
+    bool touches(const ViewRegion& box) const {
         return theta_low <= box.high[3] && theta_high >= box.low[3] && phi_low <= box.high[4] &&
                phi_high >= box.low[4];
     }
@@ -20,7 +20,7 @@ struct DirectionBoxes {
     std::array<DirectionBox, 8> boxes;
     std::size_t count = 0;
 
-    bool touch(const ViewBox& box) const {
+    bool touch(const ViewRegion& box) const {
         for (std::size_t i = 0; i < count; ++i)
             if (boxes[i].touches(box))
                 return true;

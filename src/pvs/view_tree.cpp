@@ -10,7 +10,7 @@ namespace {
 struct Visit {
     std::uint32_t node;
     std::uint32_t depth;
-    ViewBox box;
+    ViewRegion box;
 };
 
 /// Nodes still to be visited: in preorder at most one per level waits, beside the one in hand.
@@ -48,7 +48,7 @@ double ViewTree::position(int axis, std::uint32_t step) const {
     return slab_start(bounds.min[axis], bounds.max[axis], kViewSteps, step);
 }
 
-Box3d ViewTree::spatial_box(const ViewBox& box) const {
+Box3d ViewTree::spatial_box(const ViewRegion& box) const {
     Box3d space;
     for (int axis = 0; axis < 3; ++axis) {
         auto k = static_cast<std::size_t>(axis);

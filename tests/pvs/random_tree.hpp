@@ -9,8 +9,8 @@ namespace antumbra::test {
 
 /// Appends the subtree of `box` in preorder, about `leaves` leaves, rows below row_count or special; `boxes` (may be
 /// null) receives the box of each node.
-inline void add_random_nodes(Random& random, const ViewBox& box, std::uint32_t leaves, std::uint32_t row_count,
-                             std::vector<ViewNode>& nodes, std::vector<ViewBox>* boxes) {
+inline void add_random_nodes(Random& random, const ViewRegion& box, std::uint32_t leaves, std::uint32_t row_count,
+                             std::vector<ViewNode>& nodes, std::vector<ViewRegion>* boxes) {
     if (boxes)
         boxes->push_back(box);
     std::uint8_t axis = static_cast<std::uint8_t>(random.below(5));
@@ -26,7 +26,7 @@ inline void add_random_nodes(Random& random, const ViewBox& box, std::uint32_t l
     if (random.below(2))
         split = box.low[axis] + width / 2;
     nodes.push_back({axis, static_cast<std::uint16_t>(split), 0});
-    ViewBox below = box, above = box;
+    ViewRegion below = box, above = box;
     below.high[axis] = above.low[axis] = split;
     add_random_nodes(random, below, first, row_count, nodes, boxes);
     nodes[self].link = static_cast<std::uint32_t>(nodes.size());
@@ -34,7 +34,7 @@ inline void add_random_nodes(Random& random, const ViewBox& box, std::uint32_t l
 }
 
 inline ViewTree random_view_tree(Random& random, std::uint32_t leaves, std::uint32_t row_count,
-                                 std::vector<ViewBox>* boxes = nullptr) {
+                                 std::vector<ViewRegion>* boxes = nullptr) {
     ViewTree tree;
     for (int k = 0; k < 3; ++k) {
         tree.bounds.min[k] = random.uniform(-100, 100);

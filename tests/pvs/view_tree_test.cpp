@@ -99,7 +99,7 @@ TEST(DirectionBoxes, NearAPoleEveryThetaIsSeen) {
     DirectionBoxes boxes = cover_directions(camera_range({}, {0, -1, 0}, {1, 0, 0}, 0.01, 1));
     EXPECT_EQ(boxes.count, 4u);
     for (int i = 0; i < 16; ++i) {
-        ViewBox slice;
+        ViewRegion slice;
         slice.low[3] = std::uint32_t(i) * 4096;
         slice.high[3] = slice.low[3] + 4096;
         slice.high[4] = 10;
@@ -196,7 +196,7 @@ TEST(ViewTree, CheckRefusesWhatIsNoTree) {
 TEST(ViewTree, ARangeFindsEveryLeafThatHoldsOneOfItsViews) {
     EXPECT_TRUE(rc::check("any viewpoint of the box, any direction of the frustum", [](std::uint64_t seed) {
         Random random(seed);
-        std::vector<ViewBox> boxes;
+        std::vector<ViewRegion> boxes;
         ViewTree tree = random_view_tree(random, 40, 7, &boxes);
         RC_ASSERT(tree.check(7).ok());
         Box3d eyes;
@@ -220,7 +220,7 @@ TEST(ViewTree, ARangeFindsEveryLeafThatHoldsOneOfItsViews) {
             ViewDirection at = to_view_direction(d);
             std::size_t holding = 0;
             for (std::uint32_t n = 0; n < tree.nodes.size(); ++n) {
-                const ViewBox& box = boxes[n];
+                const ViewRegion& box = boxes[n];
                 if (tree.nodes[n].axis != ViewNode::kLeaf || !tree.spatial_box(box).contains(eye) ||
                     at.theta < box.low[3] || at.theta > box.high[3] || at.phi < box.low[4] || at.phi > box.high[4])
                     continue;
