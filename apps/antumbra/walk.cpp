@@ -1,5 +1,254 @@
 #include "command.hpp"
 
+#include "base/file.hpp"
+
+#include <antumbra/camera.hpp>
+#include <antumbra/evaluate.hpp>
+
+#include <fmt/format.h>
+
 namespace antumbra::app {
-void add_walk(CLI::App&) {}
+namespace {
+
+struct WalkArguments {
+    Common common;
+    SceneArguments scene;
+    std::string pvs, path = "auto", save_path, size = "640x360", report;
+    std::string cull;
+    std::uint32_t frames = 0;
+    bool no_draw = false;
+    PathOptions path_options;
+    WalkOptions options;
+};
+
+std::vector<std::string> split(const std::string& text) {
+    std::vector<std::string> parts;
+    std::size_t at = 0;
+    while (at <= text.size()) {
+        std::size_t comma = std::min(text.find(',', at), text.size());
+        parts.push_back(text.substr(at, comma - at));
+        at = comma + 1;
+    }
+    return parts;
+}
+
+/// Every known method that needs nothing the caller did not give.
+std::vector<std::string> choose_methods(const WalkArguments& arguments) {
+    if (!arguments.cull.empty() && arguments.cull != "all")
+        return split(arguments.cull);
+    std::vector<std::string> methods;
+    for (std::string_view name : culler_names()) {
+        bool plain = name == "none" || name == "frustum" || name == "pvs";
+        if ((plain || arguments.cull == "all") && (name != "pvs" || !arguments.pvs.empty()))
+            methods.emplace_back(name);
+    }
+    return methods;
+}
+
+Json triple(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
+Status save_path(const Scene& scene, std::span<const View> path, const std::string& file) {
+    Json frames = Json::array();
+    for (const View& view : path)
+        frames.push_back({{"eye", triple(scene.to_world(view.eye))},
+                          {"target", triple(scene.to_world(view.target))},
+                          {"up", triple(view.up)},
+                          {"fov_y_deg", view.fov_y_deg}});
+    return write_file_atomically(file, Json{{"frames", frames}}.dump(1) + "\n");
+}
+
+Result<FoundPath> read_path(const WalkArguments& arguments, const Scene& scene) {
+    CameraPathOptions options;
+    options.z_up = arguments.scene.up_axis == "z";
+    Result<std::vector<CameraFrame>> frames = read_camera_path(arguments.path, options);
+    if (!frames)
+        return frames.status();
+    FoundPath path;
+    std::size_t count = frames->size();
+    if (arguments.frames > 0)
+        count = std::min<std::size_t>(count, arguments.frames);
+    for (std::size_t k = 0; k < count; ++k) {
+        // Evenly spread over the file, its last frame included.
+        std::size_t from = count > 1 ? k * (frames->size() - 1) / (count - 1) : 0;
+        const CameraFrame& frame = (*frames)[from];
+        View view;
+        view.eye = scene.to_local(frame.eye);
+        view.target = scene.to_local(frame.target);
+        view.up = frame.up;
+        view.fov_y_deg = frame.fov_y_deg;
+        view.near_plane = 0;
+        path.views.push_back(view);
+    }
+    path.description = fmt::format("follows {} of the {} frames of {}", count, frames->size(), arguments.path);
+    return path;
+}
+
+Json number(double value) { return value < 0 ? Json(nullptr) : Json(value); }
+
+Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result) {
+    Json document;
+    document["scene"] = scene.source();
+    document["fingerprint"] = to_hex(scene.fingerprint());
+    document["path"] = path.description;
+    document["frames"] = result.frames.size();
+    document["width"] = result.width;
+    document["height"] = result.height;
+    document["repeat"] = result.repeat;
+    document["truth_scale"] = result.truth_scale;
+    document["truth_pixels"] = result.truth_pixels;
+    document["renderer"] = result.renderer;
+    document["frames_in_matter"] = result.frames_in_matter;
+    document["objects"] = scene.objects().size();
+    document["triangles"] = scene.triangles().size();
+    document["triangles_true"] = result.triangles_true;
+    document["empty_ms"] = {{"median", number(result.empty_ms_median)}};
+    document["ceiling_ms"] = {{"median", number(result.ceiling_ms_median)}};
+    document["ceiling_speedup"] = number(result.ceiling_speedup);
+    document["methods"] = Json::array();
+    for (const WalkMethod& method : result.methods)
+        document["methods"].push_back({{"name", method.name},
+                                       {"guarantee", to_string(method.guarantee)},
+                                       {"cull_ms",
+                                        {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
+                                       {"draw_ms", {{"median", number(method.draw_ms_median)}}},
+                                       {"frame_ms", {{"median", number(method.frame_ms_median)}}},
+                                       {"objects_reported", method.objects_reported},
+                                       {"objects_true", result.objects_true},
+                                       {"triangles_drawn", method.triangles_drawn},
+                                       {"culled_of_frustum", method.culled_of_frustum},
+                                       {"false_visible_objects", method.false_visible_objects},
+                                       {"false_invisible_objects", method.false_invisible_objects},
+                                       {"false_invisible_pixels", method.false_invisible_pixels},
+                                       {"grazing_pixels", method.grazing_pixels},
+                                       {"unconfirmed_pixels", method.unconfirmed_pixels},
+                                       {"speedup_over_frustum", number(method.speedup_over_frustum)}});
+    document["notes"] = result.notes;
+    return document;
+}
+
+std::string cell(double value, int digits) { return value < 0 ? "-" : fmt::format("{:.{}f}", value, digits); }
+
+void print_text(const Scene& scene, const FoundPath& path, const WalkResult& result) {
+    fmt::print("scene      {}: {} objects, {} triangles\n", scene.source(), scene.objects().size(),
+               scene.triangles().size());
+    fmt::print("path       {} frames, {}\n", result.frames.size(), path.description);
+    fmt::print("truth      {:.1f} objects seen per frame, by {} rays\n", result.objects_true, result.truth_pixels);
+    if (!result.renderer.empty())
+        fmt::print("drawing    {} x {}, {}\n           empty frame {} ms, only what is seen {} ms: {} times frustum at most\n",
+                   result.width, result.height, result.renderer, cell(result.empty_ms_median, 2),
+                   cell(result.ceiling_ms_median, 2), cell(result.ceiling_speedup, 2));
+    fmt::print("\n{:<16}{:>10}{:>10}{:>10}{:>10}{:>11}{:>11}{:>9}{:>9}{:>10}{:>9}\n", "method", "cull ms", "p99 ms",
+               "draw ms", "frame ms", "reported", "triangles", "culled", "f.vis.", "lost px", "speed-up");
+    for (const WalkMethod& method : result.methods)
+        fmt::print("{:<16}{:>10}{:>10}{:>10}{:>10}{:>11.1f}{:>11.0f}{:>8.1f}%{:>9.1f}{:>10}{:>9}\n", method.name,
+                   cell(method.cull_ms_median, 4), cell(method.cull_ms_p99, 4), cell(method.draw_ms_median, 2),
+                   cell(method.frame_ms_median, 2), method.objects_reported, method.triangles_drawn,
+                   method.culled_of_frustum * 100, method.false_visible_objects, method.false_invisible_pixels,
+                   cell(method.speedup_over_frustum, 2));
+}
+
+int finish(const WalkArguments& arguments, const Scene& scene, const Pvs* pvs, const FoundPath& path,
+           const WalkResult& result) {
+    for (const std::string& text : result.notes)
+        note(text);
+    if (arguments.common.json)
+        print_json(to_json(scene, path, result));
+    else
+        print_text(scene, path, result);
+    if (!arguments.report.empty()) {
+        ReportOptions options;
+        options.path_description = path.description;
+        Result<std::string> page = make_report(scene, pvs, result, options, make_job(arguments.common));
+        if (!page)
+            return fail(page.status());
+        if (Status status = write_file_atomically(arguments.report, *page); !status)
+            return fail(status);
+        if (!arguments.common.json)
+            fmt::print("\nreport     {}\n", arguments.report);
+    }
+    if (const WalkMethod* broken = find_broken_promise(result))
+        return fail({ErrorCode::internal,
+                     fmt::format("{}: method '{}' promises to be {}, but lost {} confirmed pixels of {} objects; please "
+                                 "report this with the scene and the camera path",
+                                 arguments.scene.path, broken->name, to_string(broken->guarantee),
+                                 broken->false_invisible_pixels, broken->false_invisible_objects)});
+    return 0;
+}
+
+int run_walk(WalkArguments& arguments) {
+    if (int end = 0; std::sscanf(arguments.size.c_str(), "%ux%u%n", &arguments.options.width,
+                                 &arguments.options.height, &end) != 2 ||
+                     std::size_t(end) != arguments.size.size())
+        return fail({ErrorCode::usage, "--size wants WIDTHxHEIGHT such as 640x360, not '" + arguments.size + "'"});
+    Result<Scene> scene = arguments.scene.load();
+    if (!scene)
+        return fail(scene.status());
+    std::optional<MappedFile> file;
+    std::optional<Pvs> pvs;
+    if (!arguments.pvs.empty()) {
+        Result<MappedFile> mapped = MappedFile::open(arguments.pvs);
+        if (!mapped)
+            return fail(mapped.status());
+        file.emplace(std::move(*mapped));
+        Result<Pvs> opened = Pvs::open(file->bytes());
+        if (!opened)
+            return fail(opened.status().in(arguments.pvs));
+        pvs.emplace(std::move(*opened));
+        if (Status status = check_belongs(*scene, *pvs); !status)
+            return fail(status.in(arguments.pvs));
+        arguments.options.pvs = &*pvs;
+    }
+    Job job = make_job(arguments.common);
+    arguments.path_options.seed = arguments.common.seed;
+    if (arguments.frames > 0)
+        arguments.path_options.frames = arguments.frames;
+    Result<FoundPath> path =
+        arguments.path == "auto" ? find_path(*scene, arguments.path_options, job) : read_path(arguments, *scene);
+    if (!path)
+        return fail(path.status());
+    if (!arguments.save_path.empty())
+        if (Status status = save_path(*scene, path->views, arguments.save_path); !status)
+            return fail(status);
+    arguments.options.methods = choose_methods(arguments);
+    arguments.options.draw = !arguments.no_draw;
+    Result<WalkResult> result = walk(*scene, path->views, arguments.options, job);
+    if (!result)
+        return fail(result.status());
+    return finish(arguments, *scene, pvs ? &*pvs : nullptr, *path, *result);
+}
+
+} // namespace
+
+void add_walk(CLI::App& app) {
+    auto arguments = std::make_shared<WalkArguments>();
+    WalkOptions& options = arguments->options;
+    CLI::App& command =
+        *app.add_subcommand("walk", "Walks a camera path: times every method on the same frames, checks each by truth");
+    arguments->scene.add_to(command);
+    command.add_option("--pvs", arguments->pvs, "The .pvs file of the method pvs");
+    command.add_option("--path", arguments->path, "Camera path: .json, a glTF camera animation, or auto")
+        ->capture_default_str();
+    command.add_option("--save-path", arguments->save_path, "Write the camera path that was walked as .json");
+    command.add_option("--frames", arguments->frames, "Frames [auto: 120; a file: all of it]");
+    command.add_option("--eye-height", arguments->path_options.eye_height,
+                       "For auto: scene units above the floor [guessed]")
+        ->check(CLI::PositiveNumber);
+    command.add_option("--size", arguments->size, "Width and height of the picture")->capture_default_str();
+    std::string known;
+    for (std::string_view name : culler_names())
+        known += (known.empty() ? "" : ", ") + std::string(name);
+    command.add_option("--cull", arguments->cull,
+                       "Methods, by commas, or all [none,frustum and, with --pvs, pvs]. Known: " + known);
+    command.add_option("--repeat", options.repeat, "Times that the walk is timed")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command.add_option("--truth-scale", options.truth_scale, "The truth has that many times the picture's sides")
+        ->check(CLI::Range(1, 8))
+        ->capture_default_str();
+    command.add_flag("--no-draw", arguments->no_draw, "Time the culling alone");
+    command.add_option("--report", arguments->report, "Write tables, plots and pictures as one HTML page");
+    add_common(command, arguments->common, "antumbra walk house.glb --pvs house.pvs --report house.html",
+               [arguments] { return run_walk(*arguments); });
+}
+
 } // namespace antumbra::app

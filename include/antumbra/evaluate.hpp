@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,114 @@ struct VerifyResult {
 /// a function of the arguments alone. ErrorCode::usage if no baked cell holds a viewpoint.
 Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOptions& options = {},
                             const Job& job = {});
+
+// -- walk: methods of culling along a camera path ------------------------------------------------------------------
+
+struct PathOptions {
+    std::uint32_t frames = 120;
+    std::uint64_t seed = 1;
+    double eye_height = 0;    ///< above the floor, scene units; 0: guessed from the heights of the rooms
+    double step = 0;          ///< way from frame to frame, scene units; 0: half the eye height
+    double fov_y_deg = 60;
+};
+
+struct FoundPath {
+    std::vector<View> views; ///< local coordinates, near plane 0
+    /// How it came about, one sentence: "walks 61 units through rooms at eye height 1.6", or an orbit around a scene
+    /// without anywhere to stand.
+    std::string description;
+};
+
+/// A walk through free space: at eye height over floors, outside matter, away from walls, without jumps, looking
+/// ahead, preferring what was not visited yet. A pure function of (scene, options). About a second.
+Result<FoundPath> find_path(const Scene& scene, const PathOptions& options = {}, const Job& job = {});
+
+struct WalkOptions {
+    /// Names of culler_names(). `frustum` is always among the methods of the result: the others are compared with it.
+    std::vector<std::string> methods{"none", "frustum"};
+    std::uint32_t width = 640, height = 360;
+    std::uint32_t repeat = 3;      ///< times that the whole walk is timed
+    std::uint32_t truth_scale = 1; ///< the item buffer has that many times the picture's width and height, 1..8
+    const Pvs* pvs = nullptr;      ///< for the method `pvs`; must belong to the scene
+    bool draw = true;              ///< measure drawing, if there is an OpenGL
+    std::uint64_t snapshot_bytes = 2'000'000; ///< upper bound of what WalkResult::snapshots holds
+};
+
+/// One method at one frame. Times are medians over the repetitions, milliseconds; negative: not measured.
+struct WalkSample {
+    double cull_ms = -1, draw_ms = -1;
+    std::uint32_t objects_reported = 0;
+    std::uint64_t triangles_drawn = 0;
+    std::uint32_t false_visible_objects = 0;   ///< reported, but in no pixel
+    std::uint32_t false_invisible_objects = 0; ///< in a confirmed pixel, but not reported
+    std::uint64_t false_invisible_pixels = 0;  ///< confirmed by exact arithmetic
+    std::uint64_t grazing_pixels = 0, unconfirmed_pixels = 0; ///< against the method, but not confirmed
+    std::uint32_t culled_of_frustum = 0;       ///< objects that `frustum` reports and this method does not
+
+    double frame_ms() const { return draw_ms < 0 ? -1 : cull_ms + draw_ms; }
+};
+
+struct WalkFrame {
+    View view;               ///< local
+    bool in_matter = false;  ///< no viewpoint by the rule of the bake: a baked answer promises nothing here
+    std::uint32_t objects_true = 0, objects_in_frustum = 0;
+    std::uint64_t triangles_true = 0; ///< of the true objects, all their triangles
+    double empty_ms = -1;    ///< drawing nothing
+    double ceiling_ms = -1;  ///< drawing the true objects alone: no culling of objects draws faster
+    std::vector<WalkSample> methods; ///< as WalkResult::methods
+};
+
+/// A method over the whole walk. Means per frame, the false invisible as totals.
+struct WalkMethod {
+    std::string name;
+    Guarantee guarantee = Guarantee::approximate;
+    bool from_region = false; ///< its answers come from baked cells: frames in matter are left out of its judgement
+    double cull_ms_median = -1, cull_ms_p99 = -1, draw_ms_median = -1, frame_ms_median = -1;
+    double objects_reported = 0, triangles_drawn = 0, culled_of_frustum = 0, false_visible_objects = 0;
+    std::uint64_t false_invisible_objects = 0, false_invisible_pixels = 0;
+    std::uint64_t grazing_pixels = 0, unconfirmed_pixels = 0;
+    double speedup_over_frustum = -1; ///< ratio of the medians of frame_ms; negative: not measured
+};
+
+/// What was seen and what was reported at one frame, as bit sets over objects.
+struct WalkSnapshot {
+    std::uint32_t frame = 0;
+    std::vector<std::uint64_t> seen;
+    std::vector<std::vector<std::uint64_t>> reported; ///< as WalkResult::methods
+};
+
+struct WalkResult {
+    std::uint32_t width = 0, height = 0, repeat = 0, truth_scale = 1;
+    std::vector<WalkMethod> methods;
+    std::vector<WalkFrame> frames;
+    std::vector<WalkSnapshot> snapshots; ///< evenly spread over the frames, as many as the bound allows
+    double objects_true = 0, triangles_true = 0;             ///< means per frame
+    double empty_ms_median = -1, ceiling_ms_median = -1;
+    double ceiling_speedup = -1; ///< of the ceiling over `frustum`, culling for free
+    std::uint64_t truth_pixels = 0;
+    std::uint32_t frames_in_matter = 0;
+    std::string renderer;   ///< of the draw times; empty: nothing was drawn
+    std::vector<std::string> notes; ///< what the reader of the numbers should know
+};
+
+/// Walks `path` (local coordinates) with every method. First the truth of each frame and the judgement of each
+/// method's answer; then `repeat` timed walks in which all methods cull and draw each frame one after the other, in
+/// turning order, so that noise hits all alike. Everything but the times is a pure function of the arguments.
+Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const WalkOptions& options = {},
+                        const Job& job = {});
+
+/// The first method that promises not to lose pixels and lost some, or nullptr.
+const WalkMethod* find_broken_promise(const WalkResult& result);
+
+struct ReportOptions {
+    std::string path_description;     ///< of FoundPath
+    std::uint32_t plan_pixels = 512;  ///< along the longer side of the view from above
+};
+
+/// The walk as one HTML page that opens from disk and loads nothing: tables, plots, pictures with culling off and on,
+/// and the scene from above with what was culled. `pvs` may be nullptr. ErrorCode::cancelled if job says so.
+Result<std::string> make_report(const Scene& scene, const Pvs* pvs, const WalkResult& result,
+                                const ReportOptions& options = {}, const Job& job = {});
 
 /// May `guarantee` lose pixels? False for exact and conservative.
 bool may_lose_pixels(Guarantee guarantee);

@@ -1,65 +1,14 @@
-#include "support/make_scene.hpp"
+#include "evaluate/two_rooms.hpp"
 
 #include <antumbra/evaluate.hpp>
 
 namespace antumbra {
 namespace {
 
+using test::OpenFile;
 using test::SceneMaker;
-
-/// Two rooms side by side, [-4,0] and [0,4] along x, a closed wall between them, a crate in each.
-SceneMaker two_rooms() {
-    SceneMaker maker;
-    maker.object("left room").box({-4, 0, 0}, {-0.25, 3, 4}, true);
-    maker.object("right room").box({0.25, 0, 0}, {4, 3, 4}, true);
-    maker.object("left crate").box({-3, 0, 1}, {-2, 1, 2});
-    maker.object("right crate").box({2, 0, 1}, {3, 1, 2});
-    return maker;
-}
-
-/// One cell per room. Row 0 lists the left objects, row 1 the right ones.
-PvsData two_cells(const Scene& scene, Guarantee guarantee = Guarantee::conservative) {
-    PvsData data;
-    data.guarantee = guarantee;
-    data.method = "by hand";
-    data.tool_version = "test";
-    data.options_json = "{}";
-    data.scene_fingerprint = scene.fingerprint();
-    data.structure_fingerprint = scene.structure_fingerprint();
-    data.sides = std::uint8_t(scene.sides());
-    data.origin = scene.origin();
-    data.grid.bounds = {{-4, 0, 0}, {4, 3, 4}};
-    data.grid.count = {2, 1, 1};
-    data.cell_row = {0, 1};
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
-        PvsObject object;
-        object.node = std::int32_t(o);
-        object.flags = scene.objects()[o].flags;
-        object.triangle_count = scene.objects()[o].triangle_count;
-        object.bounds = scene.objects()[o].bounds;
-        object.name = std::string(scene.name(o));
-        data.objects.push_back(object);
-    }
-    data.row_count = 2;
-    data.rows = {0b0101, 0b1010};
-    return data;
-}
-
-struct File {
-    std::vector<std::byte> bytes;
-    std::optional<Pvs> pvs;
-};
-
-File open(const PvsData& data) {
-    File file;
-    auto bytes = encode_pvs(data);
-    EXPECT_TRUE(bytes) << bytes.status().message();
-    file.bytes = std::move(*bytes);
-    auto pvs = Pvs::open(file.bytes);
-    EXPECT_TRUE(pvs) << pvs.status().message();
-    file.pvs.emplace(std::move(*pvs));
-    return file;
-}
+using test::two_cells;
+using test::two_rooms;
 
 VerifyOptions quick() {
     VerifyOptions options;
@@ -70,7 +19,7 @@ VerifyOptions quick() {
 
 TEST(Verify, RightFileHasNothingFalseInvisible) {
     Scene scene = two_rooms().scene();
-    auto result = verify(scene, *open(two_cells(scene)).pvs, quick());
+    auto result = verify(scene, *OpenFile(two_cells(scene)).pvs, quick());
     ASSERT_TRUE(result) << result.status().message();
     EXPECT_EQ(result->viewpoints, 24u);
     EXPECT_EQ(result->pixels, 24u * 6 * 24 * 24);
@@ -85,7 +34,7 @@ TEST(Verify, FindsARemovedBit) {
     Scene scene = two_rooms().scene();
     PvsData data = two_cells(scene);
     data.rows[1] = 0b0010; // the right crate is lost
-    auto result = verify(scene, *open(data).pvs, quick());
+    auto result = verify(scene, *OpenFile(data).pvs, quick());
     ASSERT_TRUE(result) << result.status().message();
     EXPECT_GT(result->false_invisible_pixels, 0u);
     ASSERT_FALSE(result->worst.empty());
@@ -102,7 +51,7 @@ TEST(Verify, CountsWhatIsReportedButNeverSeen) {
     Scene scene = two_rooms().scene();
     PvsData data = two_cells(scene);
     data.rows = {0b1111, 0b1111};
-    auto result = verify(scene, *open(data).pvs, quick());
+    auto result = verify(scene, *OpenFile(data).pvs, quick());
     ASSERT_TRUE(result) << result.status().message();
     EXPECT_EQ(result->reported_objects, 24u * 4);
     EXPECT_EQ(result->false_visible_objects, result->reported_objects - result->seen_objects);
@@ -119,7 +68,7 @@ TEST(Verify, NoViewpointLiesInsideTheCrates) {
     data.objects[0].bounds = scene.objects()[0].bounds;
     data.grid.bounds = {{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}};
     data.rows = {1, 1};
-    auto result = verify(scene, *open(data).pvs, quick());
+    auto result = verify(scene, *OpenFile(data).pvs, quick());
     ASSERT_FALSE(result);
     EXPECT_EQ(result.status().code(), ErrorCode::usage);
 }
@@ -128,7 +77,7 @@ TEST(Verify, ThreadsDoNotChangeTheResult) {
     Scene scene = two_rooms().scene();
     PvsData data = two_cells(scene);
     data.rows[0] = 0b0100;
-    File file = open(data);
+    OpenFile file(data);
     std::optional<VerifyResult> first;
     for (unsigned threads : {1u, 3u}) {
         Job job;
@@ -147,13 +96,13 @@ TEST(Verify, ThreadsDoNotChangeTheResult) {
 
 TEST(CheckBelongs, AcceptsItsOwnScene) {
     Scene scene = two_rooms().scene();
-    EXPECT_TRUE(check_belongs(scene, *open(two_cells(scene)).pvs));
+    EXPECT_TRUE(check_belongs(scene, *OpenFile(two_cells(scene)).pvs));
 }
 
 TEST(CheckBelongs, NamesAnotherScene) {
     Scene scene = two_rooms().scene();
     Scene other = two_rooms().object("more").box({1, 0, 3}, {2, 1, 4}).scene();
-    Status status = check_belongs(other, *open(two_cells(scene)).pvs);
+    Status status = check_belongs(other, *OpenFile(two_cells(scene)).pvs);
     EXPECT_EQ(status.code(), ErrorCode::mismatch);
     EXPECT_NE(status.message().find("another scene"), std::string::npos);
     EXPECT_NE(status.message().find("again"), std::string::npos);
@@ -165,7 +114,7 @@ TEST(CheckBelongs, SaysWhenOnlyTheStructureMatches) {
     raw.positions.back().y += 0.5;
     auto moved = Scene::create(raw);
     ASSERT_TRUE(moved);
-    Status status = check_belongs(*moved, *open(two_cells(scene)).pvs);
+    Status status = check_belongs(*moved, *OpenFile(two_cells(scene)).pvs);
     EXPECT_EQ(status.code(), ErrorCode::mismatch);
     EXPECT_NE(status.message().find("only the structure"), std::string::npos);
 }
@@ -174,7 +123,7 @@ TEST(CheckBelongs, SaysWhenTheSidesDiffer) {
     Scene scene = two_rooms().scene();
     SceneOptions both;
     both.sides = SidesOption::both;
-    Status status = check_belongs(two_rooms().scene(both), *open(two_cells(scene)).pvs);
+    Status status = check_belongs(two_rooms().scene(both), *OpenFile(two_cells(scene)).pvs);
     EXPECT_EQ(status.code(), ErrorCode::mismatch);
     EXPECT_NE(status.message().find("--sides material"), std::string::npos);
 }

@@ -205,11 +205,15 @@ struct Drawing::State {
 };
 
 Vec3f object_colour(std::uint32_t object) {
-    // Muted: a hue from the hash, the same grey part for all, so that shading stays legible.
+    // Muted, so that shading stays legible: a grey of its own with a little of a hue of its own.
     Random random(0x0b3ec7, object);
+    double grey = random.uniform(0.5, 0.78), hue = random.uniform(0, 3), amount = random.uniform(0.06, 0.18);
     Vec3f colour;
-    for (int k = 0; k < 3; ++k)
-        colour[k] = 0.45f + 0.5f * float(random.uniform());
+    for (int k = 0; k < 3; ++k) {
+        double turned = hue + k;
+        double distance = std::abs((turned >= 3 ? turned - 3 : turned) - 1.5); // 0..1.5 around the circle
+        colour[k] = float(grey + amount * (distance / 0.75 - 1));
+    }
     return colour;
 }
 

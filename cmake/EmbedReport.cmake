@@ -1,0 +1,10 @@
+# cmake -DOUTPUT=X.cpp -DPARTS="name=file;.." -P EmbedReport.cmake: writes the files as string constants of C++.
+set(text "#include \"evaluate/report/report_page.hpp\"\n\nnamespace antumbra {\n")
+foreach(part IN LISTS PARTS)
+  string(REGEX MATCH "^([a-z_]+)=(.*)$" matched "${part}")
+  set(name "${CMAKE_MATCH_1}")
+  file(READ "${CMAKE_MATCH_2}" content)
+  string(APPEND text "const std::string_view ${name} = R\"antumbra(${content})antumbra\";\n")
+endforeach()
+string(APPEND text "} // namespace antumbra\n")
+file(WRITE "${OUTPUT}" "${text}")

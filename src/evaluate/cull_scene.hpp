@@ -1,0 +1,23 @@
+// From a scene to what the cullers see of it.
+#pragma once
+
+#include <antumbra/cull.hpp>
+#include <antumbra/scene.hpp>
+
+namespace antumbra {
+
+inline CullScene cull_scene_of(const Scene& scene) {
+    std::vector<Box3f> bounds;
+    std::vector<std::uint32_t> flags;
+    for (const Object& object : scene.objects()) {
+        bounds.push_back(object.bounds);
+        flags.push_back(object.flags);
+    }
+    CullSceneInput input;
+    input.bounds = bounds;
+    input.flags = flags;
+    input.origin = scene.origin();
+    return CullScene::create(input);
+}
+
+} // namespace antumbra
