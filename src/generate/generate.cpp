@@ -1,0 +1,26 @@
+#include "generate/kinds.hpp"
+
+namespace antumbra {
+namespace {
+
+using Generator = Result<RawScene> (*)(const GenerateOptions&);
+
+constexpr std::string_view kNames[] = {"apartment"};
+constexpr Generator kGenerators[] = {generation::apartment};
+static_assert(std::size(kNames) == std::size(kGenerators));
+
+} // namespace
+
+std::span<const std::string_view> generator_names() { return kNames; }
+
+Result<RawScene> generate(std::string_view kind, const GenerateOptions& options) {
+    std::string known;
+    for (std::size_t i = 0; i < std::size(kNames); ++i) {
+        if (kNames[i] == kind)
+            return kGenerators[i](options);
+        known += (i ? ", " : "") + std::string(kNames[i]);
+    }
+    return Status(ErrorCode::usage, "no kind of scene is called '" + std::string(kind) + "'; known: " + known);
+}
+
+} // namespace antumbra
