@@ -162,7 +162,7 @@ void Apartment::kitchen() {
         std::string name = "kitchen/refrigerator/level " + std::to_string(level + 1);
         double y = kBoard + 0.55 * level;
         if (level > 0)
-            block(modeller, cold * at({0, y - 0.01, kBoard}), name, {0.56, 0.01, 0.5});
+            block(modeller, cold * at({0, y - 0.01, kBoard}), name + " board", {0.56, 0.01, 0.5});
         fill(cold * at({0, y, kBoard}), name, {0.5, 0.5, 0.5}, level == 1 ? 1 : 2);
     }
     for (int i = 0; i < 2; ++i) {

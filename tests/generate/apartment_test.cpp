@@ -1,0 +1,59 @@
+#include "generate/laws.hpp"
+
+namespace antumbra {
+namespace {
+
+using test::made;
+
+TEST(Apartment, has_the_objects_of_the_paper_and_its_polygons_to_the_even_number_that_solids_allow) {
+    RawScene scene = made("apartment");
+    EXPECT_EQ(scene.objects.size(), 159u);
+    EXPECT_EQ(scene.triangles.size(), 3060u);
+}
+
+TEST(Apartment, is_sound_for_any_seed) {
+    for (std::uint64_t seed : {1, 2, 3, 1000}) {
+        RawScene scene = made("apartment", {0, seed});
+        EXPECT_EQ(scene.objects.size(), 159u);
+        EXPECT_EQ(scene.triangles.size(), 3060u);
+        test::expect_sound(scene, {{-0.25, -0.25, -0.25}, {8.875, 2.75, 4.65}});
+    }
+}
+
+TEST(Apartment, only_the_panes_let_sight_pass) {
+    RawScene scene = made("apartment");
+    int panes = 0;
+    for (const RawObject& object : scene.objects) {
+        bool pane = object.name.ends_with("/pane");
+        EXPECT_EQ(object.flags, pane ? 0u : std::uint32_t(kOccludes)) << object.name;
+        panes += pane;
+    }
+    EXPECT_EQ(panes, 3);
+}
+
+/// What is in a cupboard or a drawer lies within its carcass: its box is inside the other's.
+TEST(Apartment, contents_lie_inside_their_furniture) {
+    for (std::uint64_t seed : {1, 7}) {
+        RawScene scene = made("apartment", {0, seed});
+        int inside = 0;
+        for (const RawObject& outer : scene.objects)
+            for (const RawObject& inner : scene.objects) {
+                std::string rest = inner.name.starts_with(outer.name + "/") ? inner.name.substr(outer.name.size()) : "";
+                if (rest.empty() || rest.find("/door") == 0 || rest.find("/lamp") == 0)
+                    continue;
+                Box3d a = test::bounds_of(scene, outer), b = test::bounds_of(scene, inner);
+                EXPECT_TRUE(a.contains(b.min) && a.contains(b.max)) << outer.name << " and " << inner.name;
+                ++inside;
+            }
+        EXPECT_GT(inside, 60);
+    }
+}
+
+TEST(Apartment, the_default_is_the_published_file) {
+    EXPECT_EQ(test::sha256_of(made("apartment")), "9984b53917445bf95cb416be4ec42e08c308082934ea05e5fe685403a8e44dc2");
+    EXPECT_EQ(test::sha256_of(made("apartment")), test::sha256_of(made("apartment")));
+    EXPECT_NE(test::sha256_of(made("apartment", {0, 2})), test::sha256_of(made("apartment")));
+}
+
+} // namespace
+} // namespace antumbra
