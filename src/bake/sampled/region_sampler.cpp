@@ -55,7 +55,7 @@ void RayCache::add(const Ray& ray, std::span<const std::uint32_t> seen) {
     triangles.insert(triangles.end(), seen.begin(), seen.end());
 }
 
-RegionSampler::RegionSampler(const SamplingScene& shared, const ViewBox& region, std::uint64_t key)
+RegionSampler::RegionSampler(const SamplingScene& shared, const ViewRegion& region, std::uint64_t key)
     : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
       key_(key), positions_(shared.options().seed, key, kViewpoints),
       directions_(shared.options().seed, key, kDirections) {

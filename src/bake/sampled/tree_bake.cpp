@@ -11,8 +11,8 @@ namespace {
 /// The halvings above the tiles: a complete binary tree, in depth-first order.
 class Tiling {
   public:
-    Tiling(const ViewBox& space, std::uint32_t depth, double step) : step_(step) { halve(space, depth); }
-    const std::vector<ViewBox>& tiles() const { return tiles_; }
+    Tiling(const ViewRegion& space, std::uint32_t depth, double step) : step_(step) { halve(space, depth); }
+    const std::vector<ViewRegion>& tiles() const { return tiles_; }
 
     /// The whole tree: the halvings with each tile's own tree in its place.
     BuiltTree join(std::vector<BuiltTree> trees) const {
@@ -28,7 +28,7 @@ class Tiling {
         double plane;
     };
 
-    void halve(const ViewBox& box, std::uint32_t depth) {
+    void halve(const ViewRegion& box, std::uint32_t depth) {
         std::size_t axis = 0;
         for (std::size_t k = 1; k < 3; ++k)
             if (box.max[k] - box.min[k] > box.max[axis] - box.min[axis])
@@ -40,7 +40,7 @@ class Tiling {
             return;
         }
         halvings_.push_back({int(axis), plane});
-        ViewBox below = box, above = box;
+        ViewRegion below = box, above = box;
         below.max[axis] = above.min[axis] = plane;
         halve(below, depth - 1);
         halve(above, depth - 1);
@@ -74,7 +74,7 @@ class Tiling {
 
     double step_;
     std::vector<Halving> halvings_;
-    std::vector<ViewBox> tiles_;
+    std::vector<ViewRegion> tiles_;
 };
 
 Payload pack(const BuiltTree& tree) {
@@ -122,7 +122,7 @@ bool unpack(std::span<const std::byte> bytes, std::size_t words, BuiltTree& tree
 
 } // namespace
 
-ViewBox view_space_of(const Scene& scene, const BakeOptions& options) {
+ViewRegion view_space_of(const Scene& scene, const BakeOptions& options) {
     Box3d bounds = to_double(scene.local_bounds());
     double step = scene.step();
     Box3d space;
@@ -133,7 +133,7 @@ ViewBox view_space_of(const Scene& scene, const BakeOptions& options) {
         if (!(space.max[k] > space.min[k]))
             space.max[k] = space.min[k] + step;
     }
-    return ViewBox::all_directions(space);
+    return ViewRegion::all_directions(space);
 }
 
 Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& key, const Job& job) {

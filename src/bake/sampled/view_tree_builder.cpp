@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kCandidatesPerAxis = 64;
 
-std::uint64_t region_key(const ViewBox& box) {
+std::uint64_t region_key(const ViewRegion& box) {
     std::uint64_t key = cell_key(box.space());
     if (box.whole_sphere())
         return key;
@@ -124,7 +124,7 @@ class RoughVisibility {
 
 class Builder {
   public:
-    Builder(const SamplingScene& shared, const ViewBox& tile)
+    Builder(const SamplingScene& shared, const ViewRegion& tile)
         : shared_(shared), scene_(shared.scene()), options_(shared.options().tree) {
         grow(tile, RayCache(), 0);
     }
@@ -132,7 +132,7 @@ class Builder {
 
   private:
     /// Adds the node of `box` and all below it; returns its index.
-    std::uint32_t grow(const ViewBox& box, RayCache cache, std::uint32_t depth) {
+    std::uint32_t grow(const ViewRegion& box, RayCache cache, std::uint32_t depth) {
         auto index = std::uint32_t(tree_.nodes.size());
         tree_.nodes.emplace_back();
         RegionSampler sampler(shared_, box, region_key(box));
@@ -153,14 +153,14 @@ class Builder {
         return index;
     }
 
-    void divide(std::uint32_t index, const ViewBox& box, const Split& split, RayCache cache, std::uint32_t depth) {
+    void divide(std::uint32_t index, const ViewRegion& box, const Split& split, RayCache cache, std::uint32_t depth) {
         tree_.nodes[index].axis = split.axis;
         tree_.nodes[index].split = split.plane;
         RayCache halves[2];
         for (const RayCache::Entry& entry : cache.entries)
             halves[coordinates(entry.ray)[std::size_t(split.axis)] >= split.plane].add(entry.ray, cache.seen(entry));
         cache = {};
-        ViewBox below = box, above = box;
+        ViewRegion below = box, above = box;
         below.max[std::size_t(split.axis)] = above.min[std::size_t(split.axis)] = split.plane;
         std::uint32_t first = grow(below, std::move(halves[0]), depth + 1);
         std::uint32_t second = grow(above, std::move(halves[1]), depth + 1);
@@ -168,7 +168,7 @@ class Builder {
         tree_.nodes[index].children[1] = second;
     }
 
-    void finish_leaf(std::uint32_t index, const ViewBox& box, RegionSampler& sampler, RayCache& cache,
+    void finish_leaf(std::uint32_t index, const ViewRegion& box, RegionSampler& sampler, RayCache& cache,
                      std::uint32_t depth) {
         // The paper's experimental setting: spatial splits, then each leaf cut into eight headings.
         if (options_.subdivision == Subdivision::angular && box.extent(kAxisTheta) > 0.5 && sampler.has_viewpoint()) {
@@ -187,7 +187,7 @@ class Builder {
         tree_.leaves.push_back(std::move(sample));
     }
 
-    Split choose(const ViewBox& box, const RayCache& cache) const {
+    Split choose(const ViewRegion& box, const RayCache& cache) const {
         RoughVisibility rough(scene_, cache);
         Split best;
         if (rough.objects() == 0 || rough.triangles() < options_.min_visible)
@@ -216,7 +216,7 @@ class Builder {
     }
 
     /// Planes of the bounding boxes of objects that reach into the node, thinned evenly.
-    std::vector<double> spatial_candidates(const ViewBox& box, int axis) const {
+    std::vector<double> spatial_candidates(const ViewRegion& box, int axis) const {
         double low = box.min[std::size_t(axis)], high = box.max[std::size_t(axis)];
         double step = scene_.step();
         double margin = options_.min_extent * options_.view_space * double(scene_.local_bounds().size()[axis]);
@@ -247,7 +247,7 @@ class Builder {
     }
 
     /// Regular positions: eighths of a turn; quarters of the sine.
-    static std::vector<double> angular_candidates(const ViewBox& box, int axis) {
+    static std::vector<double> angular_candidates(const ViewRegion& box, int axis) {
         std::vector<double> planes;
         for (double plane = -1; plane < 4; plane += 0.5)
             if (plane > box.min[std::size_t(axis)] && plane < box.max[std::size_t(axis)])
@@ -264,6 +264,6 @@ class Builder {
 
 } // namespace
 
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewBox& tile) { return Builder(shared, tile).take(); }
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewRegion& tile) { return Builder(shared, tile).take(); }
 
 } // namespace antumbra

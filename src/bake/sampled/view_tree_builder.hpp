@@ -14,7 +14,7 @@ namespace antumbra {
 /// A node of the tree under construction. Children follow their parent; children[0] is the side below the plane.
 struct BuiltNode {
     int axis = -1;    ///< ViewAxis of the split, -1: leaf
-    double split = 0; ///< local coordinate, or the angle number of view_box.hpp
+    double split = 0; ///< local coordinate, or the angle number of view_region.hpp
     std::uint32_t children[2] = {0, 0};
     std::uint32_t leaf = 0; ///< into BuiltTree::leaves
 };
@@ -33,6 +33,6 @@ constexpr double split_effectiveness(double seen_by_both, double seen, double vo
 }
 
 /// A pure function of (scene, options, tile). `tile` is local.
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewBox& tile);
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewRegion& tile);
 
 } // namespace antumbra

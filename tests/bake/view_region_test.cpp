@@ -1,4 +1,4 @@
-#include "bake/sampled/view_box.hpp"
+#include "bake/sampled/view_region.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,6 +17,11 @@ TEST(ViewAngles, QuarterTurnsAndPoles) {
     EXPECT_EQ(view_angles({1, 0, -1e-300})[0], 0); // a full turn is none
 }
 
+TEST(ViewAngles, ElevationOfTheOctahedron) {
+    EXPECT_EQ(view_angles({1, 1, 0})[1], 0.5);
+    EXPECT_EQ(view_angles({1, -2, 1})[1], -0.5);
+}
+
 TEST(ViewAngles, GrowWithTheAngle) {
     double last = -1;
     for (int i = 0; i < 720; ++i) {
@@ -28,8 +33,8 @@ TEST(ViewAngles, GrowWithTheAngle) {
     EXPECT_LT(last, 4);
 }
 
-ViewBox random_box(Random& random) {
-    ViewBox box;
+ViewRegion random_box(Random& random) {
+    ViewRegion box;
     for (std::size_t k = 0; k < 3; ++k) {
         box.min[k] = random.uniform(-2, 2);
         box.max[k] = box.min[k] + random.uniform(0, 1);
@@ -45,24 +50,24 @@ ViewBox random_box(Random& random) {
     return box;
 }
 
-TEST(ViewBox, UniformDirectionsLieInTheBox) {
+TEST(ViewRegion, UniformDirectionsLieInTheBox) {
     Random random(1);
     for (int i = 0; i < 200; ++i) {
-        ViewBox box = random_box(random);
+        ViewRegion box = random_box(random);
         for (int r = 0; r < 50; ++r)
             ASSERT_TRUE(box.holds_direction(uniform_direction(box, random)));
     }
 }
 
-// Archimedes: the sine of the elevation is uniform; and by symmetry so is the half of a quadrant.
-TEST(ViewBox, UniformDirectionsAreUniform) {
+// By symmetry in y and x = -z, half of the directions lie in either half of an upright lune, and of its headings.
+TEST(ViewRegion, UniformDirectionsAreUniform) {
     Random random(2);
-    ViewBox box;
-    box.min[3] = 1, box.max[3] = 2, box.min[4] = 0, box.max[4] = 1;
+    ViewRegion box;
+    box.min[3] = 1, box.max[3] = 2;
     int upper = 0, left = 0, n = 40000;
     for (int i = 0; i < n; ++i) {
         auto [theta, phi] = view_angles(uniform_direction(box, random));
-        upper += phi > 0.5;
+        upper += phi > 0;
         left += theta > 1.5;
     }
     EXPECT_NEAR(upper, n / 2, 500);
@@ -70,11 +75,11 @@ TEST(ViewBox, UniformDirectionsAreUniform) {
 }
 
 // Law: a direction that was actually found is never ruled out.
-TEST(ViewBox, MayLookAtIsConservative) {
+TEST(ViewRegion, MayLookAtIsConservative) {
     Random random(3);
     int inside = 0, ruled_out = 0;
     for (int i = 0; i < 20000; ++i) {
-        ViewBox box = random_box(random);
+        ViewRegion box = random_box(random);
         Box3d target;
         Vec3d low{random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4)};
         target.extend(low);

@@ -1,9 +1,9 @@
 // A box in the five-dimensional space of views: where the eye is and which way it looks (Gotsman, Sudarsky, Fayman
 // 1999, section 3).
 //
-// Angles are kept as numbers that need no trigonometry and grow with the angle: theta, the heading about the up axis
-// (y), as the point where the heading crosses the diamond |x|+|z| = 1, in quarter turns from 0 (+x) over 1 (+z), 2, 3 to
-// 4; and phi, the elevation, as its sine, from -1 (down) to 1 (up).
+// Angles are the numbers of pvs.hpp (see ViewAxis there), which grow with the angle and need no trigonometry: theta, the
+// heading about the up axis (y), in quarter turns from 0 (+x) over 1 (+z), 2, 3 to 4, straight in |z| / (|x| + |z|)
+// between; phi, the elevation, as y / (|x| + |y| + |z|), from -1 (down) to 1 (up).
 #pragma once
 
 #include "base/random.hpp"
@@ -14,12 +14,12 @@
 
 namespace antumbra {
 
-/// Axes of view space.
-enum ViewAxis : int { kAxisX, kAxisY, kAxisZ, kAxisTheta, kAxisPhi, kViewAxes };
+/// Axes of view space, as indices.
+enum : int { kAxisX, kAxisY, kAxisZ, kAxisTheta, kAxisPhi, kViewAxes };
 
 using ViewPoint5 = std::array<double, kViewAxes>;
 
-/// Heading in [0, 4) and sine of elevation of a direction that is not zero. Straight up and down have heading 0.
+/// Heading in [0, 4) and elevation in [-1, 1] of a direction that is not zero. Straight up and down have heading 0.
 inline std::array<double, 2> view_angles(const Vec3d& direction) {
     double x = direction.x, z = direction.z, sum = std::abs(x) + std::abs(z);
     double theta = 0;
@@ -27,15 +27,14 @@ inline std::array<double, 2> view_angles(const Vec3d& direction) {
         theta = z >= 0 ? (x >= 0 ? z / sum : 1 - x / sum) : (x < 0 ? 2 - z / sum : 3 + x / sum);
     if (theta >= 4) // a hair below a full turn may round up to it
         theta = 0;
-    double phi = direction.y / length(direction);
-    return {theta, std::clamp(phi, -1.0, 1.0)};
+    return {theta, direction.y / (sum + std::abs(direction.y))};
 }
 
 /// Half-open in theta, closed in the rest. Space is local.
-struct ViewBox {
+struct ViewRegion {
     ViewPoint5 min{0, 0, 0, 0, -1}, max{0, 0, 0, 4, 1};
 
-    static ViewBox all_directions(const Box3d& space) {
+    static ViewRegion all_directions(const Box3d& space) {
         return {{space.min.x, space.min.y, space.min.z, 0, -1}, {space.max.x, space.max.y, space.max.z, 4, 1}};
     }
     Box3d space() const { return {{min[0], min[1], min[2]}, {max[0], max[1], max[2]}}; }
@@ -47,7 +46,7 @@ struct ViewBox {
         auto [theta, phi] = view_angles(direction);
         return theta >= min[3] && (theta < max[3]) && phi >= min[4] && phi <= max[4];
     }
-    /// Volume in five dimensions, with theta in quarter turns and phi by its sine.
+    /// Volume in five dimensions, in the numbers of the angles.
     double volume() const {
         double volume = 1;
         for (int axis = 0; axis < kViewAxes; ++axis)
@@ -77,9 +76,9 @@ inline Vec3d uniform_direction(Random& random) {
 }
 
 /// Uniform over the directions of the box. Expected draws: the sphere's share of one quadrant over the box's.
-Vec3d uniform_direction(const ViewBox& box, Random& random);
+Vec3d uniform_direction(const ViewRegion& box, Random& random);
 
 /// False only if no direction from a point of `box` to a point of `target` (local) lies in the box's angles.
-bool may_look_at(const ViewBox& box, const Box3d& target);
+bool may_look_at(const ViewRegion& box, const Box3d& target);
 
 } // namespace antumbra

@@ -1,4 +1,4 @@
-#include "bake/sampled/view_box.hpp"
+#include "bake/sampled/view_region.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ Headings headings(const Box3d& a, const Box3d& b) {
 
 } // namespace
 
-Vec3d uniform_direction(const ViewBox& box, Random& random) {
+Vec3d uniform_direction(const ViewRegion& box, Random& random) {
     if (box.whole_sphere())
         return uniform_direction(random);
     double quarter = std::floor(box.min[3]);
@@ -61,7 +61,7 @@ Vec3d uniform_direction(const ViewBox& box, Random& random) {
     }
 }
 
-bool may_look_at(const ViewBox& box, const Box3d& target) {
+bool may_look_at(const ViewRegion& box, const Box3d& target) {
     if (box.whole_sphere())
         return true;
     Box3d space = box.space();
@@ -73,23 +73,14 @@ bool may_look_at(const ViewBox& box, const Box3d& target) {
         if (!meets)
             return false;
     }
-    // Elevation: the steepest line has the largest rise over the shortest run.
-    double run_x = std::max({0.0, target.min.x - space.max.x, space.min.x - target.max.x});
-    double run_z = std::max({0.0, target.min.z - space.max.z, space.min.z - target.max.z});
-    double near = std::sqrt(run_x * run_x + run_z * run_z);
-    double far_x = std::max(std::abs(target.max.x - space.min.x), std::abs(space.max.x - target.min.x));
-    double far_z = std::max(std::abs(target.max.z - space.min.z), std::abs(space.max.z - target.min.z));
-    double far = std::sqrt(far_x * far_x + far_z * far_z);
-    auto sine = [](double rise, double run) {
-        double slant = std::sqrt(rise * rise + run * run);
-        return slant > 0 ? rise / slant : 0.0;
-    };
+    // Elevation: the steepest line has the largest rise over the shortest run (|x| + |z|).
+    double near = std::max({0.0, target.min.x - space.max.x, space.min.x - target.max.x}) +
+                  std::max({0.0, target.min.z - space.max.z, space.min.z - target.max.z});
+    double far = std::max(std::abs(target.max.x - space.min.x), std::abs(space.max.x - target.min.x)) +
+                 std::max(std::abs(target.max.z - space.min.z), std::abs(space.max.z - target.min.z));
+    auto elevation = [](double rise, double run) { return rise == 0 ? 0.0 : rise / (std::abs(rise) + run); };
     double rise_low = target.min.y - space.max.y, rise_high = target.max.y - space.min.y;
-    double low = sine(rise_low, rise_low < 0 ? near : far), high = sine(rise_high, rise_high > 0 ? near : far);
-    if (rise_low < 0 && near == 0)
-        low = -1;
-    if (rise_high > 0 && near == 0)
-        high = 1;
+    double low = elevation(rise_low, rise_low < 0 ? near : far), high = elevation(rise_high, rise_high > 0 ? near : far);
     constexpr double kSlack = 1e-9;
     return low - kSlack <= box.max[4] && high + kSlack >= box.min[4];
 }
