@@ -96,6 +96,7 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         document["bits_per_pair"] = bits_per_pair;
         document["mean_visible"] = statistics.mean_visible;
         document["undecided"] = 0; // a sampled bake decides nothing but what it has seen
+        document["rays_reused"] = statistics.rays_reused;
         document["aimed_rays"] = statistics.aimed_rays;
         document["confirmed_pairs"] = statistics.confirmed_pairs;
         document["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
@@ -173,6 +174,32 @@ void add_bake(CLI::App& app) {
     arguments->scene.add_to(command);
     command.add_option("-o,--output", arguments->output, "The .pvs file to write; OUT.part keeps finished cells");
     command.add_option("--method", options.method, "How to bake")->check(CLI::IsMember({"sampled"}))->capture_default_str();
+    ViewTreeOptions& tree = options.tree;
+    command
+        .add_option("--subdivision", tree.subdivision, "How view space is cut: grid, or a tree over space, over space "
+                                                       "with eight headings a leaf, or over all five dimensions")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Subdivision>{{"grid", Subdivision::grid},
+                                                                               {"spatial", Subdivision::spatial},
+                                                                               {"angular", Subdivision::angular},
+                                                                               {"five", Subdivision::five}}))
+        ->default_str("grid");
+    command
+        .add_option("--split-estimate", tree.estimate, "Trees: count what both sides see against all (published), or "
+                                                       "against chance (corrected)")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, SplitEstimate>{
+            {"published", SplitEstimate::published}, {"corrected", SplitEstimate::corrected}}))
+        ->default_str("corrected");
+    command.add_option("--effectiveness", tree.effectiveness, "Trees: split only above this")->capture_default_str();
+    command.add_option("--min-visible", tree.min_visible, "Trees: split only where so many triangles are visible")
+        ->capture_default_str();
+    command.add_option("--max-depth", tree.max_depth, "Trees: most splits below a tile")->capture_default_str();
+    command.add_option("--min-extent", tree.min_extent, "Trees: least extent of a cell, as a share of view space")
+        ->capture_default_str();
+    command.add_option("--node-rays", tree.node_rays, "Trees: rays for the rough visibility of a node")
+        ->capture_default_str();
+    command.add_option("--view-space", tree.view_space, "Trees: view space as a multiple of the scene's box")
+        ->capture_default_str();
+    command.add_option("--tile-depth", tree.tile_depth, "Trees: 2^N tiles, baked independently")->capture_default_str();
     auto* cells = command.add_option("--cells", arguments->cells, "Cells along x, y, z [16x4x16]");
     command.add_option("--cell-size", options.cell_size, "Edge of a cell in scene units, instead of --cells")
         ->excludes(cells)

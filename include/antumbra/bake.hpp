@@ -85,7 +85,9 @@ struct BakeOptions {
 
 /// What a bake measured. `bytes` and `bits_per_pair` belong to the file and are filled by whoever writes it.
 struct BakeStatistics {
-    std::uint64_t cells = 0, cells_baked = 0, cells_solid = 0, cells_not_baked = 0, cells_resumed = 0;
+    /// Cells of the grid, or leaves of the view tree.
+    std::uint64_t cells = 0, cells_baked = 0, cells_solid = 0, cells_not_baked = 0;
+    std::uint64_t cells_resumed = 0, tiles_resumed = 0; ///< taken from the checkpoint
     std::uint64_t rays = 0;
     std::uint64_t confirmed_pairs = 0;   ///< (cell, object) bits, each proved by one exact segment
     std::uint64_t unconfirmed_pairs = 0; ///< proposed by a ray, never confirmed: not set
@@ -93,6 +95,7 @@ struct BakeStatistics {
     double mean_visible = 0; ///< objects per baked cell
     std::uint64_t holdout_rays = 0, holdout_misses = 0;
     double miss_rate = 0, miss_rate_upper95 = 0; ///< a fresh random ray of a cell first hits an unlisted object
+    std::uint64_t rays_reused = 0;               ///< cached rays of a node that its children did not cast again
     std::uint64_t aimed_rays = 0;                ///< of rays: those of the sequential test
     /// Bound on losing a pair that a share s >= pair_s1 of aimed rays sees: all of its rays miss.
     double pair_s1 = 0, pair_miss_at_s1 = 0;

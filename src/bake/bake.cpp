@@ -4,6 +4,7 @@
 #include "bake/keys.hpp"
 #include "bake/resumable.hpp"
 #include "bake/sampled/sample_payload.hpp"
+#include "bake/sampled/tree_bake.hpp"
 #include "bake/view_cells.hpp"
 #include "base/parallel.hpp"
 
@@ -39,6 +40,12 @@ Status check(const BakeOptions& options) {
     if (!(0 < test.s_t && test.s_t < test.s_1 && test.s_1 < 1 && 0 < test.b && test.b < 1 && 1 < test.a) ||
         test.most_rays == 0 || test.most_rays > 1u << 20)
         return {ErrorCode::usage, "the sequential test needs 0 < s_t < s_1 < 1, 0 < b < 1 < a, at most 2^20 rays"};
+    const ViewTreeOptions& tree = options.tree;
+    if (!(tree.view_space > 0 && tree.view_space <= 1000 && tree.effectiveness >= 0 && tree.effectiveness <= 1 &&
+          tree.min_extent > 0 && tree.min_extent <= 1) ||
+        tree.max_depth > 64 || tree.tile_depth > 12 || tree.node_rays == 0 || tree.node_rays > 1u << 24)
+        return {ErrorCode::usage, "the view tree needs a view space of 0 to 1000 times the scene, effectiveness 0 to 1, "
+                                  "an extent of 0 to 1, depth up to 64 below tiles of depth up to 12"};
     return {};
 }
 
@@ -46,7 +53,20 @@ Status check(const BakeOptions& options) {
 Json describe(const BakeOptions& options, const CellGrid& grid) {
     Json json;
     json["method"] = options.method;
-    json["cells"] = grid.count;
+    const ViewTreeOptions& tree = options.tree;
+    static constexpr const char* subdivisions[] = {"grid", "spatial", "angular", "five"};
+    json["subdivision"] = subdivisions[std::size_t(tree.subdivision)];
+    if (tree.subdivision == Subdivision::grid)
+        json["cells"] = grid.count;
+    else
+        json["tree"] = {{"view_space", tree.view_space},
+                        {"estimate", tree.estimate == SplitEstimate::published ? "published" : "corrected"},
+                        {"effectiveness", tree.effectiveness},
+                        {"min_visible", tree.min_visible},
+                        {"max_depth", tree.max_depth},
+                        {"min_extent", tree.min_extent},
+                        {"node_rays", tree.node_rays},
+                        {"tile_depth", tree.tile_depth}};
     json["rays_per_cell"] = options.rays_per_cell;
     json["sampling"] = options.sampling == Sampling::guided ? "guided" : "uniform";
     static constexpr const char* readings[] = {"wald", "printed", "normalised"};
@@ -77,8 +97,8 @@ RegionSample sample_cell(const SamplingScene& shared, const Box3d& cell) {
     return std::move(sampler).finish();
 }
 
-/// Header, objects and empty cells of the result.
-PvsData begin_pvs(const Scene& scene, const BakeOptions& options, const CellGrid& grid) {
+/// Header and objects of the result.
+PvsData begin_pvs(const Scene& scene, const BakeOptions& options) {
     PvsData pvs;
     pvs.guarantee = Guarantee::aggressive;
     pvs.method = options.method;
@@ -87,8 +107,6 @@ PvsData begin_pvs(const Scene& scene, const BakeOptions& options, const CellGrid
     pvs.structure_fingerprint = scene.structure_fingerprint();
     pvs.sides = std::uint8_t(scene.sides());
     pvs.origin = scene.origin();
-    pvs.grid = grid;
-    pvs.cell_row.assign(grid.cells(), kCellNotBaked);
     for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
         const Object& object = scene.objects()[o];
         pvs.objects.push_back({object.id.node, object.id.primitive, object.id.instance, object.flags,
@@ -97,21 +115,23 @@ PvsData begin_pvs(const Scene& scene, const BakeOptions& options, const CellGrid
     return pvs;
 }
 
-/// Gives each cell its row, equal rows shared, in the order of the cells.
-void fill_rows(PvsData& pvs, std::span<const std::uint64_t> cells, std::vector<RegionSample>& samples) {
+/// Gives each sample its row, equal rows shared, in the order of the samples; kCellSolid where it has none.
+std::vector<std::uint32_t> fill_rows(PvsData& pvs, std::vector<RegionSample>& samples) {
     std::map<std::vector<std::uint64_t>, std::uint32_t> rows;
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-        if (samples[i].solid) {
-            pvs.cell_row[cells[i]] = kCellSolid;
+    std::vector<std::uint32_t> row_of;
+    for (RegionSample& sample : samples) {
+        if (sample.solid) {
+            row_of.push_back(kCellSolid);
             continue;
         }
-        auto [row, fresh] = rows.try_emplace(std::move(samples[i].visible), pvs.row_count);
+        auto [row, fresh] = rows.try_emplace(std::move(sample.visible), pvs.row_count);
         if (fresh) {
             pvs.rows.insert(pvs.rows.end(), row->first.begin(), row->first.end());
             ++pvs.row_count;
         }
-        pvs.cell_row[cells[i]] = row->second;
+        row_of.push_back(row->second);
     }
+    return row_of;
 }
 
 void count(BakeStatistics& statistics, const RegionSample& sample, const SprtOptions& test) {
@@ -138,10 +158,17 @@ void finish(BakeStatistics& statistics) {
     statistics.miss_rate_upper95 = clopper_pearson_upper(statistics.holdout_misses, statistics.holdout_rays, 0.95);
 }
 
+void count_all(BakeStatistics& statistics, std::span<const RegionSample> samples, const BakeOptions& options) {
+    for (const RegionSample& sample : samples)
+        count(statistics, sample, options.sequential);
+    finish(statistics);
+}
+
 /// What the file says of how it was made: counts only, which are the same on every machine.
 std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics) {
     Json json = describe(options, grid);
     json["rays"] = statistics.rays;
+    json["rays_reused"] = statistics.rays_reused;
     json["aimed_rays"] = statistics.aimed_rays;
     json["confirmed_pairs"] = statistics.confirmed_pairs;
     json["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
@@ -150,20 +177,13 @@ std::string options_json(const BakeOptions& options, const CellGrid& grid, const
     return json.dump();
 }
 
-} // namespace
-
-Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Job& job) {
-    Clock::time_point start = Clock::now();
-    double cpu_start = process_cpu_seconds();
-    if (Status status = check(options); !status)
-        return status;
+/// The regular grid: a unit is a cell.
+Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
+    const Scene& scene = shared.scene();
+    const BakeOptions& options = shared.options();
     Result<ViewCells> view = lay_view_cells(scene, options);
     if (!view)
         return view.status();
-    std::span<const std::uint64_t> cells = view->to_bake;
-
-    Tracer tracer = Tracer::build(scene, job);
-    SamplingScene shared(tracer, options);
     std::size_t words = (scene.objects().size() + 63) / 64;
     Units units;
     units.stage = "bake";
@@ -171,7 +191,7 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
     units.ids = view->to_bake;
     units.compute = [&](std::size_t index) {
         PayloadWriter payload;
-        payload.put(sample_cell(shared, view->grid.cell(cells[index])));
+        payload.put(sample_cell(shared, view->grid.cell(view->to_bake[index])));
         return payload.take();
     };
     units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
@@ -183,22 +203,64 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
     if (!results)
         return results.status();
     std::vector<RegionSample> samples;
-    for (const Payload& payload : results->payloads)
+    for (Payload& payload : results->payloads) {
         samples.push_back(PayloadReader(payload).get_sample(words));
-
+        payload = {};
+    }
     BakeResult result;
+    result.statistics.cells = view->grid.cells();
+    result.statistics.cells_not_baked = view->grid.cells() - view->to_bake.size();
     result.statistics.cells_resumed = results->resumed;
-    BakeStatistics& statistics = result.statistics;
-    statistics.cells = view->grid.cells();
-    statistics.cells_not_baked = statistics.cells - cells.size();
-    for (const RegionSample& sample : samples)
-        count(statistics, sample, options.sequential);
-    finish(statistics);
-    result.pvs = begin_pvs(scene, options, view->grid);
-    result.pvs.options_json = options_json(options, view->grid, statistics);
-    fill_rows(result.pvs, cells, samples);
-    statistics.seconds = seconds_since(start);
-    statistics.cpu_seconds = process_cpu_seconds() - cpu_start;
+    count_all(result.statistics, samples, options);
+    result.pvs = begin_pvs(scene, options);
+    result.pvs.options_json = options_json(options, view->grid, result.statistics);
+    result.pvs.grid = view->grid;
+    result.pvs.cell_row.assign(view->grid.cells(), kCellNotBaked);
+    std::vector<std::uint32_t> rows = fill_rows(result.pvs, samples);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        result.pvs.cell_row[view->to_bake[i]] = rows[i];
+    return result;
+}
+
+/// The k-d tree of view space: a unit is a tile.
+Result<BakeResult> bake_tree(const SamplingScene& shared, const Job& job) {
+    const Scene& scene = shared.scene();
+    const BakeOptions& options = shared.options();
+    if (!options.where.empty())
+        return Status(ErrorCode::usage, "--where needs --subdivision grid; a view tree covers the whole view space");
+    Result<TreeBake> baked = bake_view_tree(shared, checkpoint_key(scene, options, CellGrid()), job);
+    if (!baked)
+        return baked.status();
+    BakeResult result;
+    result.statistics.cells = baked->leaves.size();
+    result.statistics.tiles_resumed = baked->tiles_resumed;
+    result.statistics.rays_reused = baked->rays_reused;
+    count_all(result.statistics, baked->leaves, options);
+    result.pvs = begin_pvs(scene, options);
+    result.pvs.options_json = options_json(options, CellGrid(), result.statistics);
+    result.pvs.tree = std::move(baked->tree);
+    std::vector<std::uint32_t> rows = fill_rows(result.pvs, baked->leaves);
+    for (ViewNode& node : result.pvs.tree.nodes)
+        if (node.axis == ViewNode::kLeaf)
+            node.link = rows[node.link];
+    return result;
+}
+
+} // namespace
+
+Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Job& job) {
+    Clock::time_point start = Clock::now();
+    double cpu_start = process_cpu_seconds();
+    if (Status status = check(options); !status)
+        return status;
+    Tracer tracer = Tracer::build(scene, job);
+    SamplingScene shared(tracer, options);
+    Result<BakeResult> result =
+        options.tree.subdivision == Subdivision::grid ? bake_grid(shared, job) : bake_tree(shared, job);
+    if (result) {
+        result->statistics.seconds = seconds_since(start);
+        result->statistics.cpu_seconds = process_cpu_seconds() - cpu_start;
+    }
     return result;
 }
 

@@ -2,79 +2,70 @@
 
 #include "bake/sampled/sample_payload.hpp"
 
-#include <bit>
 #include <cmath>
 
 namespace antumbra {
 namespace {
 
-/// The halvings above the tiles: a complete binary tree, in depth-first order.
+/// The halvings above the tiles, in preorder; a tile is a leaf whose link is its index.
 class Tiling {
   public:
-    Tiling(const ViewRegion& space, std::uint32_t depth, double step) : step_(step) { halve(space, depth); }
-    const std::vector<ViewRegion>& tiles() const { return tiles_; }
+    Tiling(const ViewTree& space, std::uint32_t depth) : space_(space) { halve(ViewBox(), depth); }
+    const std::vector<ViewBox>& tiles() const { return tiles_; }
 
     /// The whole tree: the halvings with each tile's own tree in its place.
     BuiltTree join(std::vector<BuiltTree> trees) const {
         BuiltTree joined;
-        std::size_t next_split = 0, next_tile = 0;
-        append(joined, trees, next_split, next_tile);
+        std::size_t next = 0;
+        append(joined, trees, next);
         return joined;
     }
 
   private:
-    struct Halving {
-        int axis; ///< -1: a tile
-        double plane;
-    };
-
-    void halve(const ViewRegion& box, std::uint32_t depth) {
-        std::size_t axis = 0;
+    void halve(const ViewBox& box, std::uint32_t depth) {
+        std::size_t index = halvings_.size(), axis = 0;
+        halvings_.emplace_back();
+        Vec3d size = space_.spatial_box(box).size();
         for (std::size_t k = 1; k < 3; ++k)
-            if (box.max[k] - box.min[k] > box.max[axis] - box.min[axis])
+            if (size[int(k)] > size[int(axis)])
                 axis = k;
-        double plane = std::floor((box.min[axis] + box.max[axis]) / 2 / step_) * step_;
-        if (depth == 0 || !(plane > box.min[axis])) {
-            halvings_.push_back({-1, 0});
+        if (depth == 0) {
+            halvings_[index].link = std::uint32_t(tiles_.size());
             tiles_.push_back(box);
             return;
         }
-        halvings_.push_back({int(axis), plane});
-        ViewRegion below = box, above = box;
-        below.max[axis] = above.min[axis] = plane;
+        std::uint32_t middle = (box.low[axis] + box.high[axis]) / 2;
+        ViewBox below = box, above = box;
+        below.high[axis] = above.low[axis] = middle;
         halve(below, depth - 1);
+        halvings_[index] = {std::uint8_t(axis), std::uint16_t(middle), 0};
         halve(above, depth - 1);
     }
 
-    std::uint32_t append(BuiltTree& joined, std::vector<BuiltTree>& trees, std::size_t& next_split,
-                         std::size_t& next_tile) const {
-        Halving halving = halvings_[next_split++];
+    void append(BuiltTree& joined, std::vector<BuiltTree>& trees, std::size_t& next) const {
+        ViewNode halving = halvings_[next++];
         auto index = std::uint32_t(joined.nodes.size());
-        if (halving.axis < 0) {
-            BuiltTree& tree = trees[next_tile++];
+        if (halving.axis == ViewNode::kLeaf) {
+            BuiltTree& tree = trees[halving.link];
             auto first_leaf = std::uint32_t(joined.leaves.size());
-            for (BuiltNode node : tree.nodes) {
-                node.children[0] += index;
-                node.children[1] += index;
-                node.leaf += first_leaf;
+            for (ViewNode node : tree.nodes) {
+                node.link += node.axis == ViewNode::kLeaf ? first_leaf : index;
                 joined.nodes.push_back(node);
             }
             for (RegionSample& leaf : tree.leaves)
                 joined.leaves.push_back(std::move(leaf));
             joined.rays_reused += tree.rays_reused;
-            return index;
+            return;
         }
-        joined.nodes.push_back({halving.axis, halving.plane, {0, 0}, 0});
-        std::uint32_t below = append(joined, trees, next_split, next_tile);
-        std::uint32_t above = append(joined, trees, next_split, next_tile);
-        joined.nodes[index].children[0] = below;
-        joined.nodes[index].children[1] = above;
-        return index;
+        joined.nodes.push_back(halving);
+        append(joined, trees, next);
+        joined.nodes[index].link = std::uint32_t(joined.nodes.size());
+        append(joined, trees, next);
     }
 
-    double step_;
-    std::vector<Halving> halvings_;
-    std::vector<ViewRegion> tiles_;
+    const ViewTree& space_;
+    std::vector<ViewNode> halvings_;
+    std::vector<ViewBox> tiles_;
 };
 
 Payload pack(const BuiltTree& tree) {
@@ -82,47 +73,32 @@ Payload pack(const BuiltTree& tree) {
     payload.put(tree.rays_reused);
     payload.put(tree.nodes.size());
     payload.put(tree.leaves.size());
-    for (const BuiltNode& node : tree.nodes) {
-        payload.put(std::uint64_t(std::int64_t(node.axis)));
-        payload.put(std::bit_cast<std::uint64_t>(node.split));
-        payload.put(node.children[0]);
-        payload.put(node.children[1]);
-        payload.put(node.leaf);
-    }
+    for (const ViewNode& node : tree.nodes)
+        payload.put(std::uint64_t(node.axis) | std::uint64_t(node.split) << 8 | std::uint64_t(node.link) << 32);
     for (const RegionSample& leaf : tree.leaves)
         payload.put(leaf);
     return payload.take();
 }
 
-/// False if the bytes are no tree: indices out of range, or children that do not follow their parent.
+/// False if the bytes hold no tree of so many leaves.
 bool unpack(std::span<const std::byte> bytes, std::size_t words, BuiltTree& tree) {
     PayloadReader payload(bytes);
     tree.rays_reused = payload.get();
     std::uint64_t nodes = payload.get(), leaves = payload.get();
-    if (!payload.ok() || nodes == 0 || nodes > bytes.size() / 40 || leaves > nodes)
+    if (!payload.ok() || nodes == 0 || nodes > bytes.size() / 8 || leaves > nodes)
         return false;
     for (std::uint64_t n = 0; n < nodes; ++n) {
-        BuiltNode node;
-        node.axis = int(std::int64_t(payload.get()));
-        node.split = std::bit_cast<double>(payload.get());
-        std::uint64_t numbers[3] = {payload.get(), payload.get(), payload.get()};
-        bool inner = node.axis >= 0;
-        if (node.axis < -1 || node.axis >= kViewAxes ||
-            (inner ? !(numbers[0] > n && numbers[1] > numbers[0] && numbers[1] < nodes) : numbers[2] >= leaves))
-            return false;
-        node.children[0] = std::uint32_t(numbers[0]);
-        node.children[1] = std::uint32_t(numbers[1]);
-        node.leaf = std::uint32_t(numbers[2]);
-        tree.nodes.push_back(node);
+        std::uint64_t word = payload.get();
+        tree.nodes.push_back({std::uint8_t(word), std::uint16_t(word >> 8), std::uint32_t(word >> 32)});
     }
     for (std::uint64_t leaf = 0; leaf < leaves; ++leaf)
         tree.leaves.push_back(payload.get_sample(words));
-    return payload.at_end();
+    ViewTree shape{{{0, 0, 0}, {1, 1, 1}}, tree.nodes};
+    return payload.at_end() && shape.check(std::uint32_t(leaves)).ok();
 }
 
-} // namespace
-
-ViewRegion view_space_of(const Scene& scene, const BakeOptions& options) {
+/// The scene's box times options.tree.view_space about its centre, on the scene's grid, in world coordinates.
+Box3d view_space(const Scene& scene, const BakeOptions& options) {
     Box3d bounds = to_double(scene.local_bounds());
     double step = scene.step();
     Box3d space;
@@ -133,21 +109,23 @@ ViewRegion view_space_of(const Scene& scene, const BakeOptions& options) {
         if (!(space.max[k] > space.min[k]))
             space.max[k] = space.min[k] + step;
     }
-    return ViewRegion::all_directions(space);
+    return {scene.to_world(space.min), scene.to_world(space.max)};
 }
+
+} // namespace
 
 Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& key, const Job& job) {
     const BakeOptions& options = shared.options();
     std::size_t words = (shared.scene().objects().size() + 63) / 64;
     TreeBake result;
-    result.view_space = view_space_of(shared.scene(), options);
-    Tiling tiling(result.view_space, options.tree.tile_depth, shared.scene().step());
+    result.tree.bounds = view_space(shared.scene(), options);
+    Tiling tiling(result.tree, options.tree.tile_depth);
     Units units;
     units.stage = "bake";
     units.unit_name = "tiles";
     for (std::size_t tile = 0; tile < tiling.tiles().size(); ++tile)
         units.ids.push_back(tile);
-    units.compute = [&](std::size_t tile) { return pack(build_view_tree(shared, tiling.tiles()[tile])); };
+    units.compute = [&](std::size_t tile) { return pack(build_view_tree(shared, result.tree, tiling.tiles()[tile])); };
     units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
         BuiltTree tree;
         return unpack(payload, words, tree);
@@ -159,7 +137,10 @@ Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& 
     for (std::size_t tile = 0; tile < trees.size(); ++tile)
         if (!unpack(results->payloads[tile], words, trees[tile]))
             return Status(ErrorCode::internal, "a tile of the view tree cannot be read back; please report");
-    result.tree = tiling.join(std::move(trees));
+    BuiltTree joined = tiling.join(std::move(trees));
+    result.tree.nodes = std::move(joined.nodes);
+    result.leaves = std::move(joined.leaves);
+    result.rays_reused = joined.rays_reused;
     result.tiles = units.ids.size();
     result.tiles_resumed = results->resumed;
     return result;

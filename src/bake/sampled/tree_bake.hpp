@@ -7,17 +7,14 @@
 namespace antumbra {
 
 struct TreeBake {
-    ViewRegion view_space; ///< local
-    BuiltTree tree;     ///< nodes in depth-first order, the side below the plane first
-    std::uint64_t tiles_resumed = 0;
-    std::uint64_t tiles = 0;
+    ViewTree tree;                    ///< the link of a leaf is an index into `leaves`
+    std::vector<RegionSample> leaves; ///< in preorder
+    std::uint64_t rays_reused = 0;
+    std::uint64_t tiles = 0, tiles_resumed = 0;
 };
 
-/// The spatial part of view space (local, on the scene's grid): the scene's box times options.tree.view_space about
-/// its centre.
-ViewRegion view_space_of(const Scene& scene, const BakeOptions& options);
-
-/// A pure function of (scene, options). Statuses as run_units; `key` names scene and options.
+/// A pure function of (scene, options). View space is the scene's box times options.tree.view_space about its centre.
+/// Statuses as run_units; `key` names scene and options.
 Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& key, const Job& job);
 
 } // namespace antumbra

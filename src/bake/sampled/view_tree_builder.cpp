@@ -39,7 +39,7 @@ double power(double base, std::uint32_t exponent) {
 
 struct Split {
     int axis = -1;
-    double plane = 0;
+    std::uint32_t step = 0;
     double effectiveness = 0;
 };
 
@@ -124,146 +124,171 @@ class RoughVisibility {
 
 class Builder {
   public:
-    Builder(const SamplingScene& shared, const ViewRegion& tile)
-        : shared_(shared), scene_(shared.scene()), options_(shared.options().tree) {
+    Builder(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile)
+        : shared_(shared), scene_(shared.scene()), options_(shared.options().tree), space_(space) {
         grow(tile, RayCache(), 0);
     }
     BuiltTree take() { return std::move(tree_); }
 
   private:
-    /// Adds the node of `box` and all below it; returns its index.
-    std::uint32_t grow(const ViewRegion& box, RayCache cache, std::uint32_t depth) {
-        auto index = std::uint32_t(tree_.nodes.size());
+    /// Coordinate of a step, as ViewRegion has it.
+    double coordinate(int axis, std::uint32_t step) const {
+        if (axis == kAxisTheta)
+            return double(step) * 4 / kViewSteps;
+        if (axis == kAxisPhi)
+            return double(step) * 2 / kViewSteps - 1;
+        return space_.position(axis, step) - scene_.origin()[axis];
+    }
+
+    /// Adds the node of `box` and all below it.
+    void grow(const ViewBox& box, RayCache cache, std::uint32_t depth) {
+        std::size_t index = tree_.nodes.size();
         tree_.nodes.emplace_back();
-        RegionSampler sampler(shared_, box, region_key(box));
+        ViewRegion region = region_of(scene_, space_, box);
+        RegionSampler sampler(shared_, region, region_key(region));
         std::size_t inherited = std::min<std::size_t>(cache.entries.size(), options_.node_rays);
         tree_.rays_reused += inherited;
         sampler.adopt(cache);
         sampler.look_around(options_.node_rays - std::uint32_t(inherited), &cache);
         Split split;
-        if (depth < options_.max_depth && sampler.has_viewpoint())
+        if (sampler.has_viewpoint() && depth < options_.max_depth)
             split = choose(box, cache);
-        if (split.axis < 0) {
-            finish_leaf(index, box, sampler, cache, depth);
-            return index;
-        }
-        // The rays cast here count here; the children begin with them.
-        rays_above_ += std::move(sampler).finish().rays;
-        divide(index, box, split, std::move(cache), depth);
-        return index;
-    }
-
-    void divide(std::uint32_t index, const ViewRegion& box, const Split& split, RayCache cache, std::uint32_t depth) {
-        tree_.nodes[index].axis = split.axis;
-        tree_.nodes[index].split = split.plane;
-        RayCache halves[2];
-        for (const RayCache::Entry& entry : cache.entries)
-            halves[coordinates(entry.ray)[std::size_t(split.axis)] >= split.plane].add(entry.ray, cache.seen(entry));
-        cache = {};
-        ViewRegion below = box, above = box;
-        below.max[std::size_t(split.axis)] = above.min[std::size_t(split.axis)] = split.plane;
-        std::uint32_t first = grow(below, std::move(halves[0]), depth + 1);
-        std::uint32_t second = grow(above, std::move(halves[1]), depth + 1);
-        tree_.nodes[index].children[0] = first;
-        tree_.nodes[index].children[1] = second;
-    }
-
-    void finish_leaf(std::uint32_t index, const ViewRegion& box, RegionSampler& sampler, RayCache& cache,
-                     std::uint32_t depth) {
         // The paper's experimental setting: spatial splits, then each leaf cut into eight headings.
-        if (options_.subdivision == Subdivision::angular && box.extent(kAxisTheta) > 0.5 && sampler.has_viewpoint()) {
-            rays_above_ += std::move(sampler).finish().rays;
-            double middle = (box.min[kAxisTheta] + box.max[kAxisTheta]) / 2;
-            divide(index, box, {kAxisTheta, middle, 1}, std::move(cache), std::max(depth, options_.max_depth)); // no more
+        if (split.axis < 0 && sampler.has_viewpoint() && options_.subdivision == Subdivision::angular &&
+            box.high[kAxisTheta] - box.low[kAxisTheta] > kViewSteps / 8) {
+            split = {kAxisTheta, (box.low[kAxisTheta] + box.high[kAxisTheta]) / 2, 1};
+            depth = options_.max_depth; // and no further in space
+        }
+        if (split.axis < 0) {
+            finish_leaf(index, sampler, cache);
             return;
         }
+        rays_above_ += std::move(sampler).finish().rays; // its rays go on to the children
+        divide(index, box, split, std::move(cache), depth);
+    }
+
+    void divide(std::size_t index, const ViewBox& box, const Split& split, RayCache cache, std::uint32_t depth) {
+        auto axis = std::size_t(split.axis);
+        double plane = coordinate(split.axis, split.step);
+        RayCache halves[2];
+        for (const RayCache::Entry& entry : cache.entries)
+            halves[coordinates(entry.ray)[axis] >= plane].add(entry.ray, cache.seen(entry));
+        cache = {};
+        ViewBox below = box, above = box;
+        below.high[axis] = above.low[axis] = split.step;
+        grow(below, std::move(halves[0]), depth + 1);
+        std::size_t second = tree_.nodes.size();
+        grow(above, std::move(halves[1]), depth + 1);
+        tree_.nodes[index] = {std::uint8_t(split.axis), std::uint16_t(split.step), std::uint32_t(second)};
+    }
+
+    void finish_leaf(std::size_t index, RegionSampler& sampler, const RayCache& cache) {
         std::uint32_t wanted = shared_.options().rays_per_cell;
         sampler.look_around(wanted - std::min(wanted, std::uint32_t(cache.entries.size())));
         sampler.aim_at_unseen();
         sampler.measure_misses(shared_.options().holdout_rays);
         RegionSample sample = std::move(sampler).finish();
         sample.rays += std::exchange(rays_above_, 0);
-        tree_.nodes[index].leaf = std::uint32_t(tree_.leaves.size());
+        tree_.nodes[index].link = std::uint32_t(tree_.leaves.size());
         tree_.leaves.push_back(std::move(sample));
     }
 
-    Split choose(const ViewRegion& box, const RayCache& cache) const {
+    Split choose(const ViewBox& box, const RayCache& cache) const {
         RoughVisibility rough(scene_, cache);
         Split best;
         if (rough.objects() == 0 || rough.triangles() < options_.min_visible)
             return best;
         int axes = options_.subdivision == Subdivision::five ? int(kViewAxes) : 3;
         for (int axis = 0; axis < axes; ++axis) {
-            std::vector<double> planes = axis < 3 ? spatial_candidates(box, axis) : angular_candidates(box, axis);
-            std::vector<std::size_t> both = rough.seen_by_both(axis, planes);
-            std::vector<double> sorted;
+            std::vector<std::uint32_t> steps =
+                axis < 3 ? spatial_candidates(box, axis) : angular_candidates(box, axis);
+            std::vector<double> planes, sorted;
+            for (std::uint32_t step : steps)
+                planes.push_back(coordinate(axis, step));
             for (const RayCache::Entry& entry : cache.entries)
                 sorted.push_back(coordinates(entry.ray)[std::size_t(axis)]);
             std::sort(sorted.begin(), sorted.end());
+            std::vector<std::size_t> both = rough.seen_by_both(axis, planes);
             for (std::size_t p = 0; p < planes.size(); ++p) {
-                double below = planes[p] - box.min[std::size_t(axis)], above = box.max[std::size_t(axis)] - planes[p];
                 double seen = options_.estimate == SplitEstimate::published
                                   ? double(rough.objects())
                                   : rough.expected_by_both(RoughVisibility::share_below(sorted, planes[p]));
                 if (!(seen > 0))
                     continue;
+                double below = double(steps[p] - box.low[std::size_t(axis)]);
+                double above = double(box.high[std::size_t(axis)] - steps[p]);
                 double effectiveness = split_effectiveness(double(both[p]), seen, below, above);
                 if (effectiveness > best.effectiveness)
-                    best = {axis, planes[p], effectiveness};
+                    best = {axis, steps[p], effectiveness};
             }
         }
         return best.effectiveness > options_.effectiveness ? best : Split{};
     }
 
-    /// Planes of the bounding boxes of objects that reach into the node, thinned evenly.
-    std::vector<double> spatial_candidates(const ViewRegion& box, int axis) const {
-        double low = box.min[std::size_t(axis)], high = box.max[std::size_t(axis)];
-        double step = scene_.step();
-        double margin = options_.min_extent * options_.view_space * double(scene_.local_bounds().size()[axis]);
-        std::vector<double> planes;
-        Box3d space = box.space();
+    /// Planes of the bounding boxes of objects that reach into the node, to the nearest step, thinned evenly; and the
+    /// middle, since a node without objects may still see different things from its ends.
+    std::vector<std::uint32_t> spatial_candidates(const ViewBox& box, int axis) const {
+        auto a = std::size_t(axis);
+        auto margin = std::max(1u, std::uint32_t(options_.min_extent * kViewSteps));
+        std::vector<std::uint32_t> steps;
+        if (box.high[a] - box.low[a] < 2 * margin)
+            return steps;
+        std::uint32_t first = box.low[a] + margin, last = box.high[a] - margin;
+        steps.push_back((first + last) / 2);
+        Box3d space = region_of(scene_, space_, box).space();
+        double start = coordinate(axis, 0), length = coordinate(axis, kViewSteps) - start;
         for (const Object& object : scene_.objects()) {
             Box3d bounds = to_double(object.bounds);
             if (!bounds.overlaps(space))
                 continue;
             for (double side : {bounds.min[axis], bounds.max[axis]}) {
-                double plane = std::floor(side / step + 0.5) * step;
-                if (plane >= low + margin && plane <= high - margin && plane > low && plane < high)
-                    planes.push_back(plane);
+                double step = std::floor((side - start) / length * kViewSteps + 0.5);
+                if (step >= first && step <= last)
+                    steps.push_back(std::uint32_t(step));
             }
         }
-        // Half way always: a node without objects inside may still see different things from its ends.
-        if (high - low > 2 * margin)
-            planes.push_back(std::floor((low + high) / 2 / step) * step);
-        std::sort(planes.begin(), planes.end());
-        planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
-        if (planes.size() > kCandidatesPerAxis) {
-            std::vector<double> thinned;
+        std::sort(steps.begin(), steps.end());
+        steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+        if (steps.size() > kCandidatesPerAxis) {
             for (std::size_t i = 0; i < kCandidatesPerAxis; ++i)
-                thinned.push_back(planes[i * planes.size() / kCandidatesPerAxis]);
-            planes = std::move(thinned);
+                steps[i] = steps[i * steps.size() / kCandidatesPerAxis];
+            steps.resize(kCandidatesPerAxis);
         }
-        return planes;
+        return steps;
     }
 
-    /// Regular positions: eighths of a turn; quarters of the sine.
-    static std::vector<double> angular_candidates(const ViewRegion& box, int axis) {
-        std::vector<double> planes;
-        for (double plane = -1; plane < 4; plane += 0.5)
-            if (plane > box.min[std::size_t(axis)] && plane < box.max[std::size_t(axis)])
-                planes.push_back(plane);
-        return planes;
+    /// Regular positions: eighths of a turn, quarters of the elevation.
+    static std::vector<std::uint32_t> angular_candidates(const ViewBox& box, int axis) {
+        std::uint32_t stride = axis == kAxisTheta ? kViewSteps / 8 : kViewSteps / 4;
+        std::vector<std::uint32_t> steps;
+        for (std::uint32_t step = stride; step < kViewSteps; step += stride)
+            if (step > box.low[std::size_t(axis)] && step < box.high[std::size_t(axis)])
+                steps.push_back(step);
+        return steps;
     }
 
     const SamplingScene& shared_;
     const Scene& scene_;
     const ViewTreeOptions& options_;
+    const ViewTree& space_;
     BuiltTree tree_;
     std::uint64_t rays_above_ = 0; ///< cast in inner nodes since the last leaf
 };
 
 } // namespace
 
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewRegion& tile) { return Builder(shared, tile).take(); }
+ViewRegion region_of(const Scene& scene, const ViewTree& space, const ViewBox& box) {
+    Box3d spatial = space.spatial_box(box);
+    ViewRegion region = ViewRegion::all_directions({scene.to_local(spatial.min), scene.to_local(spatial.max)});
+    region.min[kAxisTheta] = double(box.low[kAxisTheta]) * 4 / kViewSteps;
+    region.max[kAxisTheta] = double(box.high[kAxisTheta]) * 4 / kViewSteps;
+    region.min[kAxisPhi] = double(box.low[kAxisPhi]) * 2 / kViewSteps - 1;
+    region.max[kAxisPhi] = double(box.high[kAxisPhi]) * 2 / kViewSteps - 1;
+    return region;
+}
+
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile) {
+    return Builder(shared, space, tile).take();
+}
 
 } // namespace antumbra

@@ -7,20 +7,14 @@
 
 #include "bake/sampled/region_sampler.hpp"
 
+#include <antumbra/pvs.hpp>
+
 #include <cstddef>
 
 namespace antumbra {
 
-/// A node of the tree under construction. Children follow their parent; children[0] is the side below the plane.
-struct BuiltNode {
-    int axis = -1;    ///< ViewAxis of the split, -1: leaf
-    double split = 0; ///< local coordinate, or the angle number of view_region.hpp
-    std::uint32_t children[2] = {0, 0};
-    std::uint32_t leaf = 0; ///< into BuiltTree::leaves
-};
-
 struct BuiltTree {
-    std::vector<BuiltNode> nodes; ///< root first
+    std::vector<ViewNode> nodes; ///< preorder, as in ViewTree; the link of a leaf is an index into `leaves`
     std::vector<RegionSample> leaves;
     std::uint64_t rays_reused = 0; ///< cached rays that a child did not have to cast again
 };
@@ -32,7 +26,10 @@ constexpr double split_effectiveness(double seen_by_both, double seen, double vo
     return (1 - seen_by_both / seen) * (1 - apart / (volume_a + volume_b));
 }
 
-/// A pure function of (scene, options, tile). `tile` is local.
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewRegion& tile);
+/// The part of view space in a box of steps of `space` (whose bounds alone count).
+ViewRegion region_of(const Scene& scene, const ViewTree& space, const ViewBox& box);
+
+/// A pure function of (scene, options, space, tile).
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile);
 
 } // namespace antumbra
