@@ -49,7 +49,7 @@ int measure(const char* path, int cells) {
     std::uint64_t bake_rays = 0, embree_rays = 0, visible = 0, holdout = 0, misses = 0;
     std::vector<Hit> hits;
     for (int c = 0; c < cells; ++c) {
-        ViewRegion region = ViewRegion::all_directions(random_cell(to_double(scene->local_bounds()), random));
+        SamplingRegion region = SamplingRegion::all_directions(random_cell(to_double(scene->local_bounds()), random));
         RegionSampler sampler(shared, region, std::uint64_t(c));
         RayCache cache;
         double start = cpu_seconds();

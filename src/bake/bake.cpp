@@ -91,7 +91,7 @@ std::string checkpoint_key(const Scene& scene, const BakeOptions& options, const
 
 RegionSample sample_cell(const SamplingScene& shared, const Box3d& cell) {
     const Scene& scene = shared.scene();
-    ViewRegion region = ViewRegion::all_directions({scene.to_local(cell.min), scene.to_local(cell.max)});
+    SamplingRegion region = SamplingRegion::all_directions({scene.to_local(cell.min), scene.to_local(cell.max)});
     RegionSampler sampler(shared, region, cell_key(cell));
     sampler.run_all();
     return std::move(sampler).finish();

@@ -37,7 +37,7 @@ BakeOptions tree_bake(Subdivision subdivision) {
     options.tree.subdivision = subdivision;
     options.tree.tile_depth = 1;
     options.tree.max_depth = 4;
-    options.tree.node_rays = 512;
+    options.tree.node_rays = 4096;
     options.rays_per_cell = 1024;
     options.holdout_rays = 64;
     return options;
@@ -131,7 +131,7 @@ TEST(ViewTreeBake, ChildrenReuseTheRaysOfTheirParent) {
     Scene scene = divided_room();
     Result<BakeResult> result = bake(scene, tree_bake(Subdivision::spatial));
     ASSERT_TRUE(result);
-    EXPECT_GT(result->statistics.rays_reused, 512u);
+    EXPECT_GE(result->statistics.rays_reused, 4096u);
     EXPECT_LT(result->statistics.rays_reused, result->statistics.rays);
 }
 

@@ -11,6 +11,7 @@ namespace antumbra {
 namespace {
 
 constexpr std::uint32_t kRaysPerViewpoint = 32;
+constexpr std::uint32_t kKeptRaysPerViewpoint = 8;
 constexpr std::uint32_t kSolidAfterAttempts = 256;
 constexpr std::uint32_t kAttemptsPerViewpoint = 8;
 
@@ -55,7 +56,7 @@ void RayCache::add(const Ray& ray, std::span<const std::uint32_t> seen) {
     triangles.insert(triangles.end(), seen.begin(), seen.end());
 }
 
-RegionSampler::RegionSampler(const SamplingScene& shared, const ViewRegion& region, std::uint64_t key)
+RegionSampler::RegionSampler(const SamplingScene& shared, const SamplingRegion& region, std::uint64_t key)
     : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
       key_(key), positions_(shared.options().seed, key, kViewpoints),
       directions_(shared.options().seed, key, kDirections) {
@@ -121,7 +122,8 @@ void RegionSampler::adopt(const RayCache& cache) {
 void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
     if (!has_viewpoint())
         return;
-    ensure_viewpoints(viewpoints_.size() + count / kRaysPerViewpoint);
+    // Kept rays measure where things are seen from: they need many origins.
+    ensure_viewpoints(viewpoints_.size() + count / (keep ? kKeptRaysPerViewpoint : kRaysPerViewpoint));
     for (std::uint32_t r = 0; r < count; ++r) {
         Ray ray{viewpoints_[looked_++ % viewpoints_.size()], uniform_direction(region_, directions_)};
         cast(ray);

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "bake/sampled/sequential_test.hpp"
-#include "bake/sampled/view_region.hpp"
+#include "bake/sampled/sampling_region.hpp"
 #include "rays/arbiter.hpp"
 
 #include <antumbra/bake.hpp>
@@ -64,7 +64,7 @@ struct RegionSample {
 /// One region under way. Not thread-safe; make one per region. A pure function of (scene, options, region, key).
 class RegionSampler {
   public:
-    RegionSampler(const SamplingScene& shared, const ViewRegion& region, std::uint64_t key);
+    RegionSampler(const SamplingScene& shared, const SamplingRegion& region, std::uint64_t key);
 
     /// Uses rays that were cast before and lie in the region, and their origins as viewpoints. Their proof happens now.
     void adopt(const RayCache& cache);
@@ -107,7 +107,7 @@ class RegionSampler {
     const Tracer& tracer_;
     const Scene& scene_;
     Arbiter arbiter_;
-    ViewRegion region_; ///< local
+    SamplingRegion region_; ///< local
     std::uint64_t key_;
     RegionSample sample_;
     std::vector<Vec3d> viewpoints_;

@@ -10,8 +10,8 @@ namespace {
 /// The halvings above the tiles, in preorder; a tile is a leaf whose link is its index.
 class Tiling {
   public:
-    Tiling(const ViewTree& space, std::uint32_t depth) : space_(space) { halve(ViewBox(), depth); }
-    const std::vector<ViewBox>& tiles() const { return tiles_; }
+    Tiling(const ViewTree& space, std::uint32_t depth) : space_(space) { halve(ViewRegion(), depth); }
+    const std::vector<ViewRegion>& tiles() const { return tiles_; }
 
     /// The whole tree: the halvings with each tile's own tree in its place.
     BuiltTree join(std::vector<BuiltTree> trees) const {
@@ -22,7 +22,7 @@ class Tiling {
     }
 
   private:
-    void halve(const ViewBox& box, std::uint32_t depth) {
+    void halve(const ViewRegion& box, std::uint32_t depth) {
         std::size_t index = halvings_.size(), axis = 0;
         halvings_.emplace_back();
         Vec3d size = space_.spatial_box(box).size();
@@ -35,7 +35,7 @@ class Tiling {
             return;
         }
         std::uint32_t middle = (box.low[axis] + box.high[axis]) / 2;
-        ViewBox below = box, above = box;
+        ViewRegion below = box, above = box;
         below.high[axis] = above.low[axis] = middle;
         halve(below, depth - 1);
         halvings_[index] = {std::uint8_t(axis), std::uint16_t(middle), 0};
@@ -65,7 +65,7 @@ class Tiling {
 
     const ViewTree& space_;
     std::vector<ViewNode> halvings_;
-    std::vector<ViewBox> tiles_;
+    std::vector<ViewRegion> tiles_;
 };
 
 Payload pack(const BuiltTree& tree) {

@@ -12,8 +12,10 @@ namespace antumbra {
 namespace {
 
 constexpr std::size_t kCandidatesPerAxis = 64;
+/// Standard deviations by which a plane must separate more than chance does.
+constexpr double kSignificance = 3;
 
-std::uint64_t region_key(const ViewRegion& box) {
+std::uint64_t region_key(const SamplingRegion& box) {
     std::uint64_t key = cell_key(box.space());
     if (box.whole_sphere())
         return key;
@@ -77,11 +79,17 @@ class RoughVisibility {
     /// How many objects would be seen from both sides by chance alone if the plane, with the share `below` of the rays
     /// on its lower side, separated nothing: an object that n rays saw is on one side only with probability
     /// below^n + (1-below)^n. Few rays make every plane look effective; this is what to measure against.
-    double expected_by_both(double below) const {
-        double expected = 0;
-        for (auto [rays, objects] : objects_by_rays_)
-            expected += objects * (1 - power(below, rays) - power(1 - below, rays));
-        return expected;
+    struct Chance {
+        double expected = 0, variance = 0;
+    };
+    Chance seen_by_both_by_chance(double below) const {
+        Chance chance;
+        for (auto [rays, objects] : objects_by_rays_) {
+            double both = 1 - power(below, rays) - power(1 - below, rays);
+            chance.expected += objects * both;
+            chance.variance += objects * both * (1 - both);
+        }
+        return chance;
     }
     /// Share of the cached rays below each plane.
     static double share_below(const std::vector<double>& sorted, double plane) {
@@ -124,14 +132,14 @@ class RoughVisibility {
 
 class Builder {
   public:
-    Builder(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile)
+    Builder(const SamplingScene& shared, const ViewTree& space, const ViewRegion& tile)
         : shared_(shared), scene_(shared.scene()), options_(shared.options().tree), space_(space) {
         grow(tile, RayCache(), 0);
     }
     BuiltTree take() { return std::move(tree_); }
 
   private:
-    /// Coordinate of a step, as ViewRegion has it.
+    /// Coordinate of a step, as SamplingRegion has it.
     double coordinate(int axis, std::uint32_t step) const {
         if (axis == kAxisTheta)
             return double(step) * 4 / kViewSteps;
@@ -141,10 +149,10 @@ class Builder {
     }
 
     /// Adds the node of `box` and all below it.
-    void grow(const ViewBox& box, RayCache cache, std::uint32_t depth) {
+    void grow(const ViewRegion& box, RayCache cache, std::uint32_t depth) {
         std::size_t index = tree_.nodes.size();
         tree_.nodes.emplace_back();
-        ViewRegion region = region_of(scene_, space_, box);
+        SamplingRegion region = region_of(scene_, space_, box);
         RegionSampler sampler(shared_, region, region_key(region));
         std::size_t inherited = std::min<std::size_t>(cache.entries.size(), options_.node_rays);
         tree_.rays_reused += inherited;
@@ -167,14 +175,14 @@ class Builder {
         divide(index, box, split, std::move(cache), depth);
     }
 
-    void divide(std::size_t index, const ViewBox& box, const Split& split, RayCache cache, std::uint32_t depth) {
+    void divide(std::size_t index, const ViewRegion& box, const Split& split, RayCache cache, std::uint32_t depth) {
         auto axis = std::size_t(split.axis);
         double plane = coordinate(split.axis, split.step);
         RayCache halves[2];
         for (const RayCache::Entry& entry : cache.entries)
             halves[coordinates(entry.ray)[axis] >= plane].add(entry.ray, cache.seen(entry));
         cache = {};
-        ViewBox below = box, above = box;
+        ViewRegion below = box, above = box;
         below.high[axis] = above.low[axis] = split.step;
         grow(below, std::move(halves[0]), depth + 1);
         std::size_t second = tree_.nodes.size();
@@ -193,7 +201,7 @@ class Builder {
         tree_.leaves.push_back(std::move(sample));
     }
 
-    Split choose(const ViewBox& box, const RayCache& cache) const {
+    Split choose(const ViewRegion& box, const RayCache& cache) const {
         RoughVisibility rough(scene_, cache);
         Split best;
         if (rough.objects() == 0 || rough.triangles() < options_.min_visible)
@@ -210,11 +218,14 @@ class Builder {
             std::sort(sorted.begin(), sorted.end());
             std::vector<std::size_t> both = rough.seen_by_both(axis, planes);
             for (std::size_t p = 0; p < planes.size(); ++p) {
-                double seen = options_.estimate == SplitEstimate::published
-                                  ? double(rough.objects())
-                                  : rough.expected_by_both(RoughVisibility::share_below(sorted, planes[p]));
-                if (!(seen > 0))
-                    continue;
+                double seen = double(rough.objects());
+                if (options_.estimate == SplitEstimate::corrected) {
+                    auto chance = rough.seen_by_both_by_chance(RoughVisibility::share_below(sorted, planes[p]));
+                    seen = chance.expected;
+                    double excess = seen - double(both[p]);
+                    if (!(excess > 0 && excess * excess > kSignificance * kSignificance * chance.variance))
+                        continue;
+                }
                 double below = double(steps[p] - box.low[std::size_t(axis)]);
                 double above = double(box.high[std::size_t(axis)] - steps[p]);
                 double effectiveness = split_effectiveness(double(both[p]), seen, below, above);
@@ -227,7 +238,7 @@ class Builder {
 
     /// Planes of the bounding boxes of objects that reach into the node, to the nearest step, thinned evenly; and the
     /// middle, since a node without objects may still see different things from its ends.
-    std::vector<std::uint32_t> spatial_candidates(const ViewBox& box, int axis) const {
+    std::vector<std::uint32_t> spatial_candidates(const ViewRegion& box, int axis) const {
         auto a = std::size_t(axis);
         auto margin = std::max(1u, std::uint32_t(options_.min_extent * kViewSteps));
         std::vector<std::uint32_t> steps;
@@ -258,7 +269,7 @@ class Builder {
     }
 
     /// Regular positions: eighths of a turn, quarters of the elevation.
-    static std::vector<std::uint32_t> angular_candidates(const ViewBox& box, int axis) {
+    static std::vector<std::uint32_t> angular_candidates(const ViewRegion& box, int axis) {
         std::uint32_t stride = axis == kAxisTheta ? kViewSteps / 8 : kViewSteps / 4;
         std::vector<std::uint32_t> steps;
         for (std::uint32_t step = stride; step < kViewSteps; step += stride)
@@ -277,9 +288,9 @@ class Builder {
 
 } // namespace
 
-ViewRegion region_of(const Scene& scene, const ViewTree& space, const ViewBox& box) {
+SamplingRegion region_of(const Scene& scene, const ViewTree& space, const ViewRegion& box) {
     Box3d spatial = space.spatial_box(box);
-    ViewRegion region = ViewRegion::all_directions({scene.to_local(spatial.min), scene.to_local(spatial.max)});
+    SamplingRegion region = SamplingRegion::all_directions({scene.to_local(spatial.min), scene.to_local(spatial.max)});
     region.min[kAxisTheta] = double(box.low[kAxisTheta]) * 4 / kViewSteps;
     region.max[kAxisTheta] = double(box.high[kAxisTheta]) * 4 / kViewSteps;
     region.min[kAxisPhi] = double(box.low[kAxisPhi]) * 2 / kViewSteps - 1;
@@ -287,7 +298,7 @@ ViewRegion region_of(const Scene& scene, const ViewTree& space, const ViewBox& b
     return region;
 }
 
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile) {
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewRegion& tile) {
     return Builder(shared, space, tile).take();
 }
 

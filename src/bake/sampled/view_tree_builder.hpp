@@ -27,9 +27,9 @@ constexpr double split_effectiveness(double seen_by_both, double seen, double vo
 }
 
 /// The part of view space in a box of steps of `space` (whose bounds alone count).
-ViewRegion region_of(const Scene& scene, const ViewTree& space, const ViewBox& box);
+SamplingRegion region_of(const Scene& scene, const ViewTree& space, const ViewRegion& box);
 
 /// A pure function of (scene, options, space, tile).
-BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewBox& tile);
+BuiltTree build_view_tree(const SamplingScene& shared, const ViewTree& space, const ViewRegion& tile);
 
 } // namespace antumbra

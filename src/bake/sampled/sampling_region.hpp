@@ -31,10 +31,10 @@ inline std::array<double, 2> view_angles(const Vec3d& direction) {
 }
 
 /// Half-open in theta, closed in the rest. Space is local.
-struct ViewRegion {
+struct SamplingRegion {
     ViewPoint5 min{0, 0, 0, 0, -1}, max{0, 0, 0, 4, 1};
 
-    static ViewRegion all_directions(const Box3d& space) {
+    static SamplingRegion all_directions(const Box3d& space) {
         return {{space.min.x, space.min.y, space.min.z, 0, -1}, {space.max.x, space.max.y, space.max.z, 4, 1}};
     }
     Box3d space() const { return {{min[0], min[1], min[2]}, {max[0], max[1], max[2]}}; }
@@ -76,9 +76,9 @@ inline Vec3d uniform_direction(Random& random) {
 }
 
 /// Uniform over the directions of the box. Expected draws: the sphere's share of one quadrant over the box's.
-Vec3d uniform_direction(const ViewRegion& box, Random& random);
+Vec3d uniform_direction(const SamplingRegion& box, Random& random);
 
 /// False only if no direction from a point of `box` to a point of `target` (local) lies in the box's angles.
-bool may_look_at(const ViewRegion& box, const Box3d& target);
+bool may_look_at(const SamplingRegion& box, const Box3d& target);
 
 } // namespace antumbra

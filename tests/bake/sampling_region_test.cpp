@@ -1,4 +1,4 @@
-#include "bake/sampled/view_region.hpp"
+#include "bake/sampled/sampling_region.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ TEST(ViewAngles, GrowWithTheAngle) {
     EXPECT_LT(last, 4);
 }
 
-ViewRegion random_box(Random& random) {
-    ViewRegion box;
+SamplingRegion random_box(Random& random) {
+    SamplingRegion box;
     for (std::size_t k = 0; k < 3; ++k) {
         box.min[k] = random.uniform(-2, 2);
         box.max[k] = box.min[k] + random.uniform(0, 1);
@@ -50,19 +50,19 @@ ViewRegion random_box(Random& random) {
     return box;
 }
 
-TEST(ViewRegion, UniformDirectionsLieInTheBox) {
+TEST(SamplingRegion, UniformDirectionsLieInTheBox) {
     Random random(1);
     for (int i = 0; i < 200; ++i) {
-        ViewRegion box = random_box(random);
+        SamplingRegion box = random_box(random);
         for (int r = 0; r < 50; ++r)
             ASSERT_TRUE(box.holds_direction(uniform_direction(box, random)));
     }
 }
 
 // By symmetry in y and x = -z, half of the directions lie in either half of an upright lune, and of its headings.
-TEST(ViewRegion, UniformDirectionsAreUniform) {
+TEST(SamplingRegion, UniformDirectionsAreUniform) {
     Random random(2);
-    ViewRegion box;
+    SamplingRegion box;
     box.min[3] = 1, box.max[3] = 2;
     int upper = 0, left = 0, n = 40000;
     for (int i = 0; i < n; ++i) {
@@ -75,11 +75,11 @@ TEST(ViewRegion, UniformDirectionsAreUniform) {
 }
 
 // Law: a direction that was actually found is never ruled out.
-TEST(ViewRegion, MayLookAtIsConservative) {
+TEST(SamplingRegion, MayLookAtIsConservative) {
     Random random(3);
     int inside = 0, ruled_out = 0;
     for (int i = 0; i < 20000; ++i) {
-        ViewRegion box = random_box(random);
+        SamplingRegion box = random_box(random);
         Box3d target;
         Vec3d low{random.uniform(-4, 4), random.uniform(-4, 4), random.uniform(-4, 4)};
         target.extend(low);

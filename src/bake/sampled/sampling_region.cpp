@@ -1,4 +1,4 @@
-#include "bake/sampled/view_region.hpp"
+#include "bake/sampled/sampling_region.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,7 +45,7 @@ Headings headings(const Box3d& a, const Box3d& b) {
 
 } // namespace
 
-Vec3d uniform_direction(const ViewRegion& box, Random& random) {
+Vec3d uniform_direction(const SamplingRegion& box, Random& random) {
     if (box.whole_sphere())
         return uniform_direction(random);
     double quarter = std::floor(box.min[3]);
@@ -61,7 +61,7 @@ Vec3d uniform_direction(const ViewRegion& box, Random& random) {
     }
 }
 
-bool may_look_at(const ViewRegion& box, const Box3d& target) {
+bool may_look_at(const SamplingRegion& box, const Box3d& target) {
     if (box.whole_sphere())
         return true;
     Box3d space = box.space();
