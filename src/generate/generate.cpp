@@ -5,8 +5,8 @@ namespace {
 
 using Generator = Result<RawScene> (*)(const GenerateOptions&);
 
-constexpr std::string_view kNames[] = {"apartment"};
-constexpr Generator kGenerators[] = {generation::apartment};
+constexpr std::string_view kNames[] = {"apartment", "office"};
+constexpr Generator kGenerators[] = {generation::apartment, generation::office};
 static_assert(std::size(kNames) == std::size(kGenerators));
 
 } // namespace
