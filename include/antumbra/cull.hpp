@@ -79,6 +79,10 @@ struct CullCounters {
     std::uint64_t boxes_tested = 0;       ///< boxes (of nodes and objects) put to the frustum
     std::uint64_t outside_frustum = 0;    ///< boxes rejected by the frustum
     std::uint64_t hidden_by_pvs = 0;      ///< objects that the baked cell does not see
+    std::uint64_t occluders_used = 0;     ///< shadows that were cast
+    std::uint64_t shadow_tests = 0;       ///< (occluder, eight boxes) pairs
+    std::uint64_t hidden_by_last = 0;     ///< boxes hidden by the occluder that hid them last time
+    std::uint64_t hidden_by_planes = 0;   ///< boxes (of nodes and objects) in the shadow of some other occluder
     std::uint64_t hidden_by_raster = 0;   ///< boxes (of nodes and objects) behind the rasterised depth
     std::uint64_t patches_drawn = 0;      ///< occluder patches that were rasterised
     std::uint64_t polygons_drawn = 0;     ///< and their polygons
@@ -136,6 +140,8 @@ class Culler {
 
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
+    /// `planes`: occluders per frame, 0..64.
+    std::uint32_t occluders = 64;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
     int raster_width = 512;
     /// `hzb`, `masked`: polygons drawn per frame at most.

@@ -6,6 +6,7 @@ namespace antumbra {
 namespace {
 
 constexpr float kLargest = 1e17f;
+constexpr std::uint32_t kMostGroups = 32768; ///< the largest; smaller ones hide next to nothing
 
 bool is_usable(const Box3f& box) {
     for (int axis = 0; axis < 3; ++axis)
@@ -37,6 +38,8 @@ CullScene CullScene::create(const CullSceneInput& input) {
     if (input.occluders && check_occluders(*input.occluders).ok())
         data->occluders = *input.occluders;
     data->patches = lay_out_patches(*data);
+    data->groups = find_convex_groups(data->occluders, kMostGroups);
+    data->occluder_tree = build_occluder_tree(data->groups);
     data->stack_bound = kTreeDepth * kWidth;
     CullScene scene;
     scene.data_ = std::move(data);

@@ -22,6 +22,7 @@ constexpr std::array kMethods{
     Method{"frustum", "view frustum, eight boxes at a time over a wide tree", make_frustum},
     Method{"hzb", "hierarchical z-buffer of conservatively drawn occluders, scalar", make_hzb},
     Method{"masked", "masked depth buffer, occluders drawn as a front-to-back walk meets them", make_masked},
+    Method{"planes", "shadows of the largest convex occluders (Coorg, Teller 1997)", make_planes},
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };
 

@@ -4,6 +4,7 @@
 
 #include <antumbra/cull.hpp>
 
+#include "occluders/choose.hpp"
 #include "raster/patch.hpp"
 
 #include <array>
@@ -61,6 +62,8 @@ struct CullScene::Data {
     std::vector<CullNode> wide;                ///< node 0 is the root
     OccluderSet occluders;
     ScenePatches patches;
+    ConvexGroups groups;         ///< of the occluders, for the object-space methods
+    OccluderTree occluder_tree;  ///< over the groups
     Box3f tree_box;                            ///< around all objects of the trees
     std::uint32_t stack_bound = 0;             ///< entries that a depth-first walk of either tree can need
 

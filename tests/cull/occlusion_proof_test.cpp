@@ -6,7 +6,7 @@ namespace {
 using test::ProofCounts;
 using test::Stage;
 
-const char* const kMethods[] = {"hzb", "masked"};
+const char* const kMethods[] = {"hzb", "masked", "planes"};
 
 /// Frames per scene and method; a longer search with the environment variable.
 int frames() {

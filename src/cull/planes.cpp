@@ -1,0 +1,256 @@
+// Supporting planes in their modern form (docs/methods/planes.md): the viewpoint is fixed for a frame, so the planes
+// of one occluder serve all boxes; eight boxes are tested at a time; the occluder that hid a node last frame is
+// tried first; occluders whose shadow a node does not touch are not tried below it.
+#include "cull/methods.hpp"
+#include "cull/result_bits.hpp"
+#include "cull/shadow.hpp"
+#include "cull/view_planes.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace antumbra {
+namespace {
+
+constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
+constexpr std::uint32_t kSpare = 3;          ///< candidates per occluder that is used
+constexpr std::uint32_t kStepsPerFrame = 48; ///< nodes of the occluder tree that a frame opens
+constexpr std::uint8_t kNoSlot = 0xFF;
+constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
+
+struct Entry {
+    std::uint32_t node, planes;
+    std::uint64_t relevant; ///< occluders whose shadow the node may touch
+};
+
+struct Candidate {
+    double score;
+    std::uint32_t group;
+};
+
+struct State final : ViewState::Storage {
+    OccluderSearch search;
+    bool fresh = true;
+    std::vector<Candidate> candidates;
+    std::vector<Shadow> shadows;
+    std::vector<std::uint32_t> slot_group;
+    std::vector<std::uint8_t> slot_of;     ///< per group
+    std::vector<std::uint32_t> last;       ///< per child of every wide node: the group that hid it
+    std::vector<Entry> stack;
+};
+
+double extent_of(const Box3f& box) {
+    if (box.empty())
+        return 1;
+    return length(to_double(box.max) - to_double(box.min)) + std::max(length(to_double(box.min)), length(to_double(box.max)));
+}
+
+class Planes final : public Culler {
+  public:
+    Planes(const CullScene& scene, const CullerOptions& options, BoxKernel boxes, ShadowKernel shadows)
+        : scene_(scene), occluders_(options.occluders), box_kernel_(boxes), shadow_kernel_(shadows),
+          extent_(extent_of(scene.data().tree_box)), serial_(new_culler_serial()) {}
+    std::string_view name() const override { return "planes"; }
+    Guarantee guarantee() const override { return Guarantee::conservative; }
+
+    void cull(const View& view, ViewState& view_state, CullResult& result) const override {
+        const CullScene::Data& scene = scene_.data();
+        begin_result(scene, result);
+        if (const char* problem = problem_of(view))
+            return mark_everything(scene, result, problem);
+        if (occluders_ == 0)
+            result.reason = "no occluders allowed: frustum only";
+        else if (scene.groups.groups.empty())
+            result.reason = "the scene has no occluders: frustum only";
+        if (!scene.wide.empty()) {
+            auto& state = view_state.storage<State>(serial_);
+            Camera camera = camera_of(view);
+            FrustumPlanes planes = frustum_planes(camera, scene.tree_box);
+            choose(camera, planes, state);
+            cast(camera, state, result.counters);
+            walk(planes, state, result);
+        }
+        finish_result(result);
+    }
+
+  private:
+    /// Keeps the list of candidates current (a bounded search per frame, all of it in the first), and sorts it by what
+    /// each promises in this view.
+    void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
+        const CullScene::Data& scene = scene_.data();
+        std::uint32_t wanted = occluders_ * kSpare;
+        if (state.fresh) {
+            state.fresh = false;
+            state.slot_of.assign(scene.groups.groups.size(), kNoSlot);
+            state.last.assign(scene.wide.size() * kWidth, kNoGroup);
+            state.candidates.reserve(wanted);
+            state.shadows.reserve(kMostOccluders);
+            state.slot_group.reserve(kMostOccluders);
+            state.stack.reserve(scene.stack_bound);
+            state.search.begin(scene.occluder_tree, camera.eye, wanted);
+            state.search.advance(scene.occluder_tree, 0xFFFFFFFFu);
+        } else {
+            if (!state.search.running())
+                state.search.begin(scene.occluder_tree, camera.eye, wanted);
+            state.search.advance(scene.occluder_tree, kStepsPerFrame);
+        }
+        state.candidates.clear();
+        for (std::uint32_t group : state.search.found())
+            if (double score = promise(scene.groups.groups[group], camera, planes); score > 0)
+                state.candidates.push_back({score, group});
+        std::size_t used = std::min<std::size_t>(occluders_ + occluders_ / 4, state.candidates.size());
+        std::partial_sort(state.candidates.begin(), state.candidates.begin() + static_cast<std::ptrdiff_t>(used), state.candidates.end(),
+                          [](const Candidate& a, const Candidate& b) {
+                              return a.score != b.score ? a.score > b.score : a.group < b.group;
+                          });
+        state.candidates.resize(used);
+    }
+
+    /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
+    /// over the members that face the viewer; 0 outside the view.
+    double promise(const ConvexGroups::Group& group, const Camera& camera, const FrustumPlanes& planes) const {
+        for (int i = 0; i < planes.count; ++i) {
+            const float* n = planes.normal[i];
+            float sum = n[0] * (n[0] >= 0 ? group.box.max.x : group.box.min.x) +
+                        n[1] * (n[1] >= 0 ? group.box.max.y : group.box.min.y) +
+                        n[2] * (n[2] >= 0 ? group.box.max.z : group.box.min.z);
+            if (sum + planes.offset[i] < 0)
+                return 0;
+        }
+        const CullScene::Data& scene = scene_.data();
+        double sum = 0;
+        for (std::uint32_t m = group.first; m < group.first + group.count; ++m) {
+            const OccluderPolygon& polygon = scene.occluders.polygons[scene.groups.members[m]];
+            double towards, squared;
+            if (camera.orthographic) {
+                towards = -dot(polygon.normal, camera.forward);
+                squared = 1;
+            } else {
+                Vec3d sight = polygon.centre - camera.eye;
+                squared = dot(sight, sight) + 0.05 * polygon.area;
+                towards = -dot(polygon.normal, sight) / std::sqrt(squared);
+            }
+            if (towards < 0)
+                towards = polygon.double_sided ? -towards : 0;
+            sum += polygon.area * towards / squared;
+        }
+        return sum;
+    }
+
+    /// Shadows of the best candidates, best first: its place is an occluder's slot, and bit, in this frame.
+    void cast(const Camera& camera, State& state, CullCounters& counters) const {
+        const CullScene::Data& scene = scene_.data();
+        for (std::uint32_t group : state.slot_group)
+            state.slot_of[group] = kNoSlot;
+        state.shadows.clear();
+        state.slot_group.clear();
+        Box3d start = near_box(camera);
+        start.extend(camera.eye);
+        double smallest = 1e-7 * (extent_ + length(camera.eye));
+        double near_depth = camera.orthographic ? camera.near_plane : std::max(camera.near_plane, smallest);
+        for (const Candidate& candidate : state.candidates) {
+            if (state.shadows.size() >= occluders_)
+                break;
+            const ConvexGroups::Group& group = scene.groups.groups[candidate.group];
+            std::span<const std::uint32_t> members(scene.groups.members.data() + group.first, group.count);
+            const OccluderPolygon& first = scene.occluders.polygons[members[0]];
+            if (first.synthetic && to_double(scene.occluders.solids[first.solid].shell).overlaps(start))
+                continue;
+            state.shadows.emplace_back();
+            if (!cast_shadow(scene.occluders, members, camera, near_depth, scene.tree_box, state.shadows.back())) {
+                state.shadows.pop_back();
+                continue;
+            }
+            state.slot_of[candidate.group] = static_cast<std::uint8_t>(state.slot_group.size());
+            state.slot_group.push_back(candidate.group);
+        }
+        counters.occluders_used = state.shadows.size();
+    }
+
+    void walk(const FrustumPlanes& planes, State& state, CullResult& result) const {
+        const CullScene::Data& scene = scene_.data();
+        std::uint64_t all = state.shadows.size() == 64 ? ~std::uint64_t(0)
+                                                       : (std::uint64_t(1) << state.shadows.size()) - 1;
+        state.stack.clear();
+        state.stack.push_back({0, planes.mask(), all});
+        BoxVerdicts verdicts;
+        std::uint64_t relevant[kWidth];
+        while (!state.stack.empty()) {
+            Entry entry = state.stack.back();
+            state.stack.pop_back();
+            const CullNode& node = scene.wide[entry.node];
+            box_kernel_({node.min, node.max}, planes, entry.planes, verdicts);
+            std::uint32_t alive = node.mask() & ~verdicts.outside;
+            ++result.counters.nodes_visited;
+            result.counters.boxes_tested += node.used;
+            result.counters.outside_frustum += static_cast<std::uint32_t>(std::popcount(node.mask() & ~alive));
+            if (entry.relevant)
+                alive = hide(node, entry, alive, relevant, state, result.counters);
+            for (std::uint32_t rest = alive; rest; rest &= rest - 1) {
+                int slot = std::countr_zero(rest);
+                std::uint32_t child = node.child[slot];
+                std::uint64_t occluders = entry.relevant ? relevant[slot] : 0;
+                if (child & kObjectChild)
+                    mark_visible(result, child & ~kObjectChild);
+                else if (verdicts.crossing[slot] || occluders)
+                    state.stack.push_back({child, verdicts.crossing[slot], occluders});
+                else
+                    for (std::uint32_t i = node.first[slot]; i < node.first[slot] + node.count[slot]; ++i)
+                        mark_visible(result, scene.order[i]);
+            }
+        }
+    }
+
+    /// Returns the children that are in no shadow, and fills which shadows each of them touches.
+    std::uint32_t hide(const CullNode& node, const Entry& entry, std::uint32_t alive, std::uint64_t* relevant,
+                       State& state, CullCounters& counters) const {
+        std::uint32_t* last = state.last.data() + std::size_t(entry.node) * kWidth;
+        std::uint64_t first = 0;
+        for (std::uint32_t rest = alive; rest; rest &= rest - 1) {
+            int slot = std::countr_zero(rest);
+            relevant[slot] = 0;
+            if (last[slot] != kNoGroup && state.slot_of[last[slot]] != kNoSlot)
+                first |= std::uint64_t(1) << state.slot_of[last[slot]];
+        }
+        first &= entry.relevant;
+        auto test = [&](std::uint64_t occluders, std::uint64_t& counter) {
+            for (std::uint64_t rest = occluders; rest && alive; rest &= rest - 1) {
+                int occluder = std::countr_zero(rest);
+                ++counters.shadow_tests;
+                ShadowVerdicts verdicts =
+                    shadow_kernel_({node.min, node.max}, state.shadows[std::size_t(occluder)], alive);
+                std::uint64_t bit = std::uint64_t(1) << occluder;
+                for (std::uint32_t touched = alive & ~verdicts.outside; touched; touched &= touched - 1)
+                    relevant[std::countr_zero(touched)] |= bit;
+                for (std::uint32_t hidden = verdicts.hidden; hidden; hidden &= hidden - 1)
+                    last[std::countr_zero(hidden)] = state.slot_group[std::size_t(occluder)];
+                counter += static_cast<std::uint32_t>(std::popcount(verdicts.hidden));
+                alive &= ~verdicts.hidden;
+            }
+        };
+        test(first, counters.hidden_by_last);
+        test(entry.relevant & ~first, counters.hidden_by_planes);
+        return alive;
+    }
+
+    CullScene scene_;
+    std::uint32_t occluders_;
+    BoxKernel box_kernel_;
+    ShadowKernel shadow_kernel_;
+    double extent_;
+    std::uint64_t serial_;
+};
+
+} // namespace
+
+Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options) {
+    if (options.occluders > kMostOccluders)
+        return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than planes takes; use at most 64");
+    BoxKernel boxes = box_kernel(options.instruction_set);
+    ShadowKernel shadows = shadow_kernel(options.instruction_set);
+    if (!boxes || !shadows)
+        return Status(ErrorCode::unsupported, "this processor lacks the instruction set that was asked for; use automatic");
+    return CullerPointer(std::make_unique<Planes>(scene, options, boxes, shadows));
+}
+
+} // namespace antumbra

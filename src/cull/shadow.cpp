@@ -1,0 +1,222 @@
+#include "cull/shadow.hpp"
+
+#include "base/cpu.hpp"
+
+#if ANTUMBRA_X86_KERNELS
+#include <immintrin.h>
+#endif
+
+#include <algorithm>
+
+namespace antumbra {
+namespace {
+
+constexpr int kMostClipped = 40;
+
+struct Corner {
+    Vec3d p;
+    bool silhouette; ///< the edge that starts here
+};
+
+/// Adds one half-space, inward normal, through `point`, with the padding for every box of `domain`.
+bool add_plane(Shadow& shadow, const Vec3d& normal, const Vec3d& point, const Box3f& domain, double slack) {
+    double size = length(normal);
+    if (!(size > 0) || shadow.count == kMostShadowPlanes)
+        return false;
+    Vec3d unit = normal / size;
+    double offset = -dot(unit, point), magnitude = std::abs(offset);
+    for (int axis = 0; axis < 3; ++axis) {
+        magnitude += std::abs(unit[axis]) * std::max(std::abs(double(domain.min[axis])), std::abs(double(domain.max[axis])));
+        shadow.normal[shadow.count][axis] = static_cast<float>(unit[axis]);
+    }
+    // As in frustum_planes(): seven roundings, eight for good measure; and one more for rounding the sum below.
+    double pad = 9 * 0x1p-24 * magnitude + slack + 0x1p-120;
+    shadow.certainly[shadow.count] = static_cast<float>(offset - pad);
+    shadow.possibly[shadow.count] = static_cast<float>(offset + pad);
+    ++shadow.count;
+    return true;
+}
+
+/// 1: certainly shows its front, -1: certainly its back and blocks there too, 0: neither.
+int facing(const OccluderPolygon& polygon, const Camera& camera) {
+    double towards, scale = 1;
+    if (camera.orthographic) {
+        towards = -dot(polygon.normal, camera.forward);
+    } else {
+        towards = dot(polygon.normal, camera.eye) + polygon.offset;
+        scale = std::abs(camera.eye.x) + std::abs(camera.eye.y) + std::abs(camera.eye.z) + std::abs(polygon.offset);
+    }
+    if (towards > 1e-9 * scale)
+        return 1;
+    return polygon.double_sided && towards < -1e-9 * scale ? -1 : 0;
+}
+
+bool reaches_beyond(const OccluderSet& set, const OccluderPolygon& polygon, const Camera& camera, double depth) {
+    for (std::uint32_t v : set.loop(polygon))
+        if (dot(to_double(set.vertices[v]) - camera.eye, camera.forward) > depth)
+            return true;
+    return false;
+}
+
+/// The part beyond the near depth; nothing nearer is drawn, so nothing nearer hides. Returns the number of corners.
+int clip_near(Corner* corners, int count, const Camera& camera, double near_depth, double tolerance, Corner* out) {
+    int kept = 0;
+    for (int i = 0; i < count; ++i) {
+        const Corner &a = corners[i], &b = corners[i + 1 == count ? 0 : i + 1];
+        double va = dot(a.p - camera.eye, camera.forward) - near_depth;
+        double vb = dot(b.p - camera.eye, camera.forward) - near_depth;
+        // An edge in the clip plane has its other side clipped away.
+        bool lies_in = va <= tolerance && vb <= tolerance;
+        if (va >= 0)
+            out[kept++] = {a.p, a.silhouette || lies_in};
+        if ((va >= 0) != (vb >= 0))
+            out[kept++] = {a.p + (b.p - a.p) * (va / (va - vb)), va >= 0 ? true : a.silhouette};
+    }
+    return kept;
+}
+
+} // namespace
+
+bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members, const Camera& camera,
+                 double near_depth, const Box3f& domain, Shadow& shadow) {
+    int sides[16];
+    auto count = std::min<std::size_t>(members.size(), std::size(sides));
+    double domain_reach = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        domain_reach += std::max(std::abs(double(domain.min[axis])), std::abs(double(domain.max[axis])));
+    double reach = std::abs(camera.eye.x) + std::abs(camera.eye.y) + std::abs(camera.eye.z);
+    double tolerance = 1e-9 * (reach + domain_reach + std::abs(near_depth));
+    for (std::size_t m = 0; m < count; ++m) {
+        sides[m] = facing(set.polygons[members[m]], camera);
+        if (sides[m] != 0 && !reaches_beyond(set, set.polygons[members[m]], camera, near_depth + tolerance))
+            sides[m] = 0; // not drawn at all
+    }
+    auto side_of = [&](std::uint32_t polygon) {
+        for (std::size_t m = 0; m < count; ++m)
+            if (members[m] == polygon)
+                return sides[m];
+        return 0;
+    };
+    shadow.count = 0;
+    for (std::size_t m = 0; m < count; ++m) {
+        if (sides[m] == 0)
+            continue;
+        const OccluderPolygon& polygon = set.polygons[members[m]];
+        int corners = static_cast<int>(polygon.count);
+        if (corners + 2 > kMostClipped)
+            return false;
+        Corner loop[kMostClipped], clipped[kMostClipped];
+        for (int i = 0; i < corners; ++i) {
+            int from = sides[m] > 0 ? i : corners - 1 - i; // seen from the back the loop runs the other way
+            int edge = sides[m] > 0 ? i : (from + corners - 1) % corners;
+            std::uint32_t neighbour = set.neighbours[polygon.first + static_cast<std::uint32_t>(edge)];
+            int other = side_of(neighbour & ~kSameDirection);
+            bool silhouette = other == 0 || (other == sides[m]) == ((neighbour & kSameDirection) != 0);
+            loop[i] = {to_double(set.vertices[set.loops[polygon.first + static_cast<std::uint32_t>(from)]]), silhouette};
+        }
+        int kept = clip_near(loop, corners, camera, near_depth, tolerance, clipped);
+        if (kept < 3)
+            return false;
+        for (int i = 0; i < kept; ++i) {
+            if (!clipped[i].silhouette)
+                continue;
+            Vec3d a = clipped[i].p, b = clipped[i + 1 == kept ? 0 : i + 1].p;
+            Vec3d sight = camera.orthographic ? camera.forward : a - camera.eye;
+            Vec3d inward = cross(b - a, sight);
+            // The line of sight is known to about 1e-15 of the coordinates; seen from `distance` away that turns
+            // the plane, and at the far end of the domain moves it. Planes that are quite uncertain hide nothing.
+            double distance = length(inward) / (length(b - a) + 1e-300);
+            double unsure = camera.orthographic ? camera.turn : 1e-14 * (reach + length(a)) / distance;
+            if (!(unsure < 1e-5))
+                return false;
+            if (!add_plane(shadow, inward, a, domain, unsure * (domain_reach + length(a))))
+                return false;
+        }
+        if (!add_plane(shadow, polygon.normal * -double(sides[m]), polygon.centre, domain, 0))
+            return false;
+    }
+    return shadow.count >= 4;
+}
+
+ShadowVerdicts test_shadow_scalar(const EightBoxes& boxes, const Shadow& shadow, std::uint32_t alive) {
+    ShadowVerdicts verdicts;
+    verdicts.hidden = alive;
+    for (int i = 0; i < shadow.count; ++i)
+        for (int lane = 0; lane < kWidth; ++lane) {
+            if (!(alive >> lane & 1))
+                continue;
+            float far_sum = 0, near_sum = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                float normal = shadow.normal[i][axis];
+                float far_corner = normal >= 0 ? boxes.max[axis][lane] : boxes.min[axis][lane];
+                float near_corner = normal >= 0 ? boxes.min[axis][lane] : boxes.max[axis][lane];
+                far_sum = axis == 0 ? normal * far_corner : far_sum + normal * far_corner;
+                near_sum = axis == 0 ? normal * near_corner : near_sum + normal * near_corner;
+            }
+            if (!(near_sum + shadow.certainly[i] > 0))
+                verdicts.hidden &= ~(1u << lane);
+            if (far_sum + shadow.possibly[i] < 0)
+                verdicts.outside |= 1u << lane;
+        }
+    return verdicts;
+}
+
+#if ANTUMBRA_X86_KERNELS
+namespace {
+
+ANTUMBRA_TARGET_AVX2 ShadowVerdicts test_shadow_avx2(const EightBoxes& boxes, const Shadow& shadow,
+                                                     std::uint32_t alive) {
+    ShadowVerdicts verdicts;
+    std::uint32_t hidden = alive, outside = 0;
+    const __m256 zero = _mm256_setzero_ps();
+    for (int i = 0; i < shadow.count; ++i) {
+        __m256 nx = _mm256_set1_ps(shadow.normal[i][0]);
+        __m256 ny = _mm256_set1_ps(shadow.normal[i][1]);
+        __m256 nz = _mm256_set1_ps(shadow.normal[i][2]);
+        bool x = shadow.normal[i][0] >= 0, y = shadow.normal[i][1] >= 0, z = shadow.normal[i][2] >= 0;
+        auto sum = [&](const float* px, const float* py, const float* pz) ANTUMBRA_TARGET_AVX2 {
+            return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(nx, _mm256_loadu_ps(px)),
+                                               _mm256_mul_ps(ny, _mm256_loadu_ps(py))),
+                                 _mm256_mul_ps(nz, _mm256_loadu_ps(pz)));
+        };
+        __m256 far_sum = sum(x ? boxes.max[0] : boxes.min[0], y ? boxes.max[1] : boxes.min[1],
+                             z ? boxes.max[2] : boxes.min[2]);
+        __m256 beyond = _mm256_cmp_ps(_mm256_add_ps(far_sum, _mm256_set1_ps(shadow.possibly[i])), zero, _CMP_LT_OQ);
+        outside |= static_cast<std::uint32_t>(_mm256_movemask_ps(beyond));
+        // All lanes outside: no plane can change anything that is asked for.
+        if (!(alive & ~outside)) {
+            hidden = 0;
+            break;
+        }
+        if (!hidden)
+            continue;
+        __m256 near_sum = sum(x ? boxes.min[0] : boxes.max[0], y ? boxes.min[1] : boxes.max[1],
+                              z ? boxes.min[2] : boxes.max[2]);
+        __m256 inside = _mm256_cmp_ps(_mm256_add_ps(near_sum, _mm256_set1_ps(shadow.certainly[i])), zero, _CMP_GT_OQ);
+        hidden &= static_cast<std::uint32_t>(_mm256_movemask_ps(inside));
+    }
+    verdicts.hidden = hidden;
+    verdicts.outside = outside & alive;
+    return verdicts;
+}
+
+} // namespace
+#endif
+
+ShadowKernel shadow_kernel(InstructionSet instruction_set) {
+    switch (instruction_set) {
+    case InstructionSet::scalar: return test_shadow_scalar;
+#if ANTUMBRA_X86_KERNELS
+    case InstructionSet::automatic: return cpu_has_avx2() ? test_shadow_avx2 : test_shadow_scalar;
+    case InstructionSet::avx2: return cpu_has_avx2() ? test_shadow_avx2 : nullptr;
+    case InstructionSet::avx512: return cpu_has_avx512() ? test_shadow_avx2 : nullptr;
+#else
+    case InstructionSet::automatic: return test_shadow_scalar;
+    case InstructionSet::avx2:
+    case InstructionSet::avx512: return nullptr;
+#endif
+    }
+    return nullptr;
+}
+
+} // namespace antumbra

@@ -1,0 +1,95 @@
+#include "occluders/choose.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace antumbra {
+namespace {
+
+/// Halves by the median of the centres along the longest side.
+void build(const ConvexGroups& groups, std::vector<std::uint32_t>& order, std::uint32_t first, std::uint32_t count,
+           OccluderTree& tree) {
+    auto index = tree.nodes.size();
+    tree.nodes.emplace_back();
+    OccluderTree::Node node;
+    Box3d centres;
+    for (std::uint32_t i = first; i < first + count; ++i) {
+        const ConvexGroups::Group& group = groups.groups[order[i]];
+        node.box.extend(group.box);
+        node.area = std::max(node.area, group.area);
+        centres.extend(group.centre);
+    }
+    node.group = order[first];
+    if (count > 1) {
+        Vec3d size = centres.size();
+        int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        auto begin = order.begin() + first;
+        std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+            double left = groups.groups[a].centre[axis], right = groups.groups[b].centre[axis];
+            return left != right ? left < right : a < b;
+        });
+        build(groups, order, first, count / 2, tree);
+        node.right = static_cast<std::uint32_t>(tree.nodes.size());
+        build(groups, order, first + count / 2, count - count / 2, tree);
+    }
+    tree.nodes[index] = node;
+}
+
+} // namespace
+
+OccluderTree build_occluder_tree(const ConvexGroups& groups) {
+    OccluderTree tree;
+    std::vector<std::uint32_t> order(groups.groups.size());
+    std::iota(order.begin(), order.end(), 0u);
+    tree.nodes.reserve(2 * order.size());
+    if (!order.empty())
+        build(groups, order, 0, static_cast<std::uint32_t>(order.size()), tree);
+    return tree;
+}
+
+double area_angle_bound(double area, const Box3f& box, const Vec3d& eye) {
+    double distance = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double gap = std::max({box.min[axis] - eye[axis], eye[axis] - box.max[axis], 0.0});
+        distance += gap * gap;
+    }
+    return area / (distance + 0.01 * area + 1e-300);
+}
+
+void OccluderSearch::begin(const OccluderTree& tree, const Vec3d& eye, std::uint32_t wanted) {
+    heap_.clear();
+    finding_.clear();
+    eye_ = eye;
+    wanted_ = wanted;
+    running_ = true;
+    if (!tree.nodes.empty())
+        heap_.push_back({area_angle_bound(tree.nodes[0].area, tree.nodes[0].box, eye), 0});
+}
+
+bool OccluderSearch::advance(const OccluderTree& tree, std::uint32_t steps) {
+    auto push = [&](std::uint32_t index) {
+        const OccluderTree::Node& node = tree.nodes[index];
+        heap_.push_back({area_angle_bound(node.area, node.box, eye_), index});
+        std::push_heap(heap_.begin(), heap_.end());
+    };
+    for (std::uint32_t step = 0; running_ && step < steps; ++step) {
+        if (heap_.empty() || finding_.size() >= wanted_) {
+            running_ = false;
+            std::swap(found_, finding_);
+            break;
+        }
+        std::pop_heap(heap_.begin(), heap_.end());
+        std::uint32_t index = heap_.back().node;
+        heap_.pop_back();
+        const OccluderTree::Node& node = tree.nodes[index];
+        if (node.right == 0) {
+            finding_.push_back(node.group);
+        } else {
+            push(index + 1);
+            push(node.right);
+        }
+    }
+    return !running_;
+}
+
+} // namespace antumbra

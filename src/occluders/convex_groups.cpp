@@ -1,0 +1,120 @@
+#include "occluders/convex_groups.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace antumbra {
+namespace {
+
+constexpr double kCoplanar = 1 - 1e-6; ///< cosine between normals
+constexpr std::uint32_t kMostCorners = 8; ///< of a member: more planes cost more than they are worth
+
+class Grower {
+  public:
+    explicit Grower(const OccluderSet& set) : set_(set), taken_(set.polygons.size(), 0) {}
+
+    ConvexGroups run(std::uint32_t most_groups) {
+        std::vector<std::uint32_t> order(set_.polygons.size());
+        std::iota(order.begin(), order.end(), 0u);
+        std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return set_.polygons[a].area > set_.polygons[b].area;
+        });
+        ConvexGroups result;
+        for (std::uint32_t seed : order) {
+            if (taken_[seed] || set_.polygons[seed].count > 4 * kMostCorners)
+                continue;
+            if (result.groups.size() >= most_groups)
+                break;
+            grow(seed, result);
+        }
+        std::stable_sort(result.groups.begin(), result.groups.end(),
+                         [](const auto& a, const auto& b) { return a.area > b.area; });
+        return result;
+    }
+
+  private:
+    void grow(std::uint32_t seed, ConvexGroups& result) {
+        std::vector<std::uint32_t> members{seed};
+        taken_[seed] = 1;
+        for (std::size_t at = 0; at < members.size(); ++at) {
+            const OccluderPolygon& polygon = set_.polygons[members[at]];
+            for (std::uint32_t i = 0; i < polygon.count; ++i) {
+                std::uint32_t neighbour = set_.neighbours[polygon.first + i];
+                if (neighbour & kSameDirection || neighbour == kNoPolygon || taken_[neighbour])
+                    continue;
+                if (members.size() < ConvexGroups::kMostMembers && fits(members, neighbour)) {
+                    taken_[neighbour] = 1;
+                    members.push_back(neighbour);
+                }
+            }
+        }
+        ConvexGroups::Group group;
+        group.first = static_cast<std::uint32_t>(result.members.size());
+        group.count = static_cast<std::uint32_t>(members.size());
+        double weight = 0;
+        for (std::uint32_t member : members) {
+            const OccluderPolygon& polygon = set_.polygons[member];
+            weight += polygon.area;
+            group.centre += polygon.centre * polygon.area;
+            for (std::uint32_t v : set_.loop(polygon))
+                group.box.extend(set_.vertices[v]);
+        }
+        group.centre = weight > 0 ? group.centre / weight : set_.polygons[seed].centre;
+        Vec3d size = to_double(group.box.max) - to_double(group.box.min);
+        double faces[3] = {size.x * size.y, size.y * size.z, size.z * size.x};
+        // A viewer sees at most the two or three sides of the box, and no more than there is.
+        group.area = std::min(weight, faces[0] + faces[1] + faces[2]);
+        result.members.insert(result.members.end(), members.begin(), members.end());
+        result.groups.push_back(group);
+    }
+
+    bool is_behind(const OccluderPolygon& plane, const OccluderPolygon& polygon) const {
+        double tolerance = 1e-5 * std::sqrt(plane.area + polygon.area);
+        for (std::uint32_t v : set_.loop(polygon))
+            if (dot(plane.normal, to_double(set_.vertices[v])) + plane.offset > tolerance)
+                return false;
+        return true;
+    }
+
+    /// All corners of `polygon` on the inner side of all edges of `other` that the two do not share.
+    bool is_convex_with(const OccluderPolygon& other, std::uint32_t index, const OccluderPolygon& polygon) const {
+        std::span<const std::uint32_t> loop = set_.loop(other);
+        double tolerance = 1e-5 * (other.area + polygon.area);
+        for (std::uint32_t i = 0; i < other.count; ++i) {
+            if (set_.neighbours[other.first + i] == index)
+                continue;
+            Vec3d a = to_double(set_.vertices[loop[i]]), b = to_double(set_.vertices[loop[(i + 1) % other.count]]);
+            Vec3d inward = cross(other.normal, b - a);
+            for (std::uint32_t v : set_.loop(polygon))
+                if (dot(inward, to_double(set_.vertices[v]) - a) < -tolerance)
+                    return false;
+        }
+        return true;
+    }
+
+    bool fits(const std::vector<std::uint32_t>& members, std::uint32_t candidate) const {
+        const OccluderPolygon& polygon = set_.polygons[candidate];
+        if (polygon.count > kMostCorners)
+            return false;
+        for (std::uint32_t member : members) {
+            const OccluderPolygon& other = set_.polygons[member];
+            if (other.synthetic != polygon.synthetic || !is_behind(other, polygon) || !is_behind(polygon, other))
+                return false;
+            if (dot(other.normal, polygon.normal) > kCoplanar &&
+                !(is_convex_with(other, candidate, polygon) && is_convex_with(polygon, member, other)))
+                return false;
+        }
+        return true;
+    }
+
+    const OccluderSet& set_;
+    std::vector<char> taken_;
+};
+
+} // namespace
+
+ConvexGroups find_convex_groups(const OccluderSet& set, std::uint32_t most_groups) {
+    return Grower(set).run(most_groups);
+}
+
+} // namespace antumbra
