@@ -38,6 +38,8 @@ void PatchCoverage::fit(const Screen& screen, const PatchStore& store) {
     nearness.assign(tiles, std::numeric_limits<float>::infinity());
     left.resize(static_cast<std::size_t>(screen.height));
     right.resize(static_cast<std::size_t>(screen.height));
+    begin.resize(static_cast<std::size_t>(screen.height));
+    end.resize(static_cast<std::size_t>(screen.height));
     for (std::vector<float>* list : {&vertex_x, &vertex_y})
         list->resize(store.most_vertices);
     for (std::vector<double>* list : {&camera_x, &camera_y, &camera_z})

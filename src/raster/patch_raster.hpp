@@ -35,6 +35,7 @@ struct PatchCoverage {
     std::uint32_t polygons = 0;  ///< members that were drawn
     // Working memory.
     std::vector<float> left, right;
+    std::vector<int> begin, end;
     std::vector<float> vertex_x, vertex_y;
     std::vector<double> camera_x, camera_y, camera_z;
     std::vector<signed char> side;

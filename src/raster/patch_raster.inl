@@ -186,19 +186,26 @@ ANTUMBRA_INLINE void mark_silhouette(const Screen& screen, PatchCoverage& out, f
         return;
     int first = clamp_int(floor_int(clamp_float(y0 - kEdgeSlack, -1, height)), 0, screen.height - 1);
     int last = clamp_int(floor_int(clamp_float(y1 + kEdgeSlack, -1, height)), 0, screen.height - 1);
-    float slope = y1 > y0 ? (x1 - x0) / (y1 - y0) : 0;
-    bool level = !(y1 > y0);
+    // First all columns (this loop becomes vector code), then the bits.
+    const bool level = !(y1 > y0);
+    const float slope = level ? 0 : (x1 - x0) / (y1 - y0);
+    const float spread = level ? high - low : 0;
+    int* begin = out.begin.data();
+    int* end = out.end.data();
     for (int row = first; row <= last; ++row) {
         float from = clamp_float(float(row) - kEdgeSlack, y0, y1);
         float to = clamp_float(float(row + 1) + kEdgeSlack, y0, y1);
-        float a = level ? low : x0 + (from - y0) * slope, b = level ? high : x0 + (to - y0) * slope;
+        float a = level ? low : x0 + (from - y0) * slope, b = level ? low + spread : x0 + (to - y0) * slope;
         float left = (a < b ? a : b) - kEdgeSlack, right = (a < b ? b : a) + kEdgeSlack;
-        if (right < 0 || left >= width)
-            continue;
-        int begin = clamp_int(floor_int(clamp_float(left, -1, width)), 0, screen.width - 1);
-        int end = clamp_int(floor_int(clamp_float(right, -1, width)), 0, screen.width - 1);
-        set_bits(out.silhouette.data() + row * out.words, begin, end);
+        // Off the left side end becomes -1, off the right side begin becomes width: an empty range.
+        int begin_column = floor_int(clamp_float(left, 0, width)), end_column = floor_int(clamp_float(right, -1, width));
+        begin[row] = begin_column;
+        end[row] = end_column < screen.width - 1 ? end_column : screen.width - 1;
     }
+    std::uint64_t* bits = out.silhouette.data() + first * out.words;
+    for (int row = first; row <= last; ++row, bits += out.words)
+        if (begin[row] <= end[row])
+            set_bits(bits, begin[row], end[row]);
 }
 
 /// Writes the crossings of an edge with the centre lines of rows first..last - 1 to its side.
@@ -227,12 +234,16 @@ ANTUMBRA_INLINE void fill_centres(const Screen& screen, PatchCoverage& out, cons
             cross_rows(x0, y0, x1, y1, begin, end, up ? right : left);
     }
     const float width = float(screen.width);
+    int* begin = out.begin.data();
+    int* end = out.end.data();
     for (int row = first; row < last; ++row) {
-        int begin = ceil_int(clamp_float(left[row] - 0.5f, 0, width));
-        int end = floor_int(clamp_float(right[row] - 0.5f, -1, width - 1));
-        if (begin <= end)
-            set_bits(out.covered.data() + row * out.words, begin, end);
+        begin[row] = ceil_int(clamp_float(left[row] - 0.5f, 0, width));
+        end[row] = floor_int(clamp_float(right[row] - 0.5f, -1, width - 1));
     }
+    std::uint64_t* bits = out.covered.data() + first * out.words;
+    for (int row = first; row < last; ++row, bits += out.words)
+        if (begin[row] <= end[row])
+            set_bits(bits, begin[row], end[row]);
 }
 
 /// Lowers the nearness of every tile that the polygon comes near.
