@@ -91,7 +91,7 @@ struct WalkOptions {
     std::uint64_t snapshot_bytes = 2'000'000; ///< upper bound of what WalkResult::snapshots holds
 };
 
-/// One method at one frame. Times are medians over the repetitions, milliseconds; negative: not measured.
+/// One method at one frame. Times in milliseconds are the fastest of the repetitions; negative: not measured.
 struct WalkSample {
     double cull_ms = -1, draw_ms = -1;
     std::uint32_t objects_reported = 0;
@@ -159,7 +159,7 @@ const WalkMethod* find_broken_promise(const WalkResult& result);
 
 struct ReportOptions {
     std::string path_description;     ///< of FoundPath
-    std::uint32_t plan_pixels = 512;  ///< along the longer side of the view from above
+    std::uint32_t plan_pixels = 640;  ///< along the longer side of the view from above
 };
 
 /// The walk as one HTML page that opens from disk and loads nothing: tables, plots, pictures with culling off and on,

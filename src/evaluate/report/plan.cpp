@@ -9,6 +9,7 @@ namespace antumbra {
 namespace {
 
 constexpr std::uint32_t kCutMatter = 7, kLevel = 6;
+constexpr std::uint32_t kMostPlans = 6, kNoPlan = 0xFFFFFFFFu;
 
 /// Where the walk is, with as much again around it, within the scene.
 Box3d region_of(const Scene& scene, const WalkResult& result) {
@@ -56,6 +57,37 @@ std::vector<std::byte> encode_runs(const std::vector<std::uint32_t>& pixels) {
     return bytes;
 }
 
+/// Height of the eyes above what is below them: the middle one of the frames.
+double head_height(const Tracer& tracer, const WalkResult& result) {
+    std::vector<double> heights;
+    for (const WalkFrame& frame : result.frames) {
+        bool back = false;
+        if (Hit hit = tracer.nearest_surface({frame.view.eye, {0, -1, 0}}, back))
+            heights.push_back(hit.t);
+    }
+    std::sort(heights.begin(), heights.end());
+    return heights.empty() ? 0 : heights[heights.size() / 2];
+}
+
+/// Heights to cut at, ascending: frames whose eyes differ by less than a part of a head's height share a cut, at the
+/// highest of them, so that no cut runs above the ceiling of the room that a frame is in.
+std::vector<double> storeys(const WalkResult& result, double head_height) {
+    std::vector<double> eyes;
+    for (const WalkFrame& frame : result.frames)
+        eyes.push_back(frame.view.eye.y);
+    std::sort(eyes.begin(), eyes.end());
+    double apart = std::max(0.3 * head_height, (eyes.back() - eyes.front()) / kMostPlans);
+    std::vector<double> tops;
+    for (std::size_t first = 0; first < eyes.size();) {
+        std::size_t end = first;
+        while (end < eyes.size() && eyes[end] - eyes[first] <= apart)
+            ++end;
+        tops.push_back(eyes[end - 1]);
+        first = end;
+    }
+    return tops;
+}
+
 Plan draw_plan(const Tracer& tracer, const Box3d& region, double cut, std::uint32_t pixels, const Job& job) {
     Vec3d size = region.size();
     Plan plan;
@@ -79,28 +111,16 @@ Plan draw_plan(const Tracer& tracer, const Box3d& region, double cut, std::uint3
 
 Plans make_plans(const Tracer& tracer, const WalkResult& result, std::uint32_t pixels, const Job& job) {
     Box3d region = region_of(tracer.scene(), result);
-    Vec3d size = region.size();
-    double across = std::max(size.x, size.z);
-    // A walk that climbs gets a cut per storey: slices of its heights, each cut above its highest eye.
-    double low = region.min.y, high = region.max.y;
-    auto slices = std::uint32_t(std::clamp(std::ceil((high - low) / std::max(0.08 * across, 1e-300)), 1.0, 3.0));
+    std::vector<double> tops = storeys(result, head_height(tracer, result));
     Plans plans;
-    std::vector<std::uint32_t> plan_of_slice(slices, 0xFFFFFFFFu);
-    std::vector<double> tops(slices, low);
-    std::vector<std::uint32_t> slice_of_frame;
+    std::vector<std::uint32_t> plan_of_storey(tops.size(), kNoPlan);
     for (const WalkFrame& frame : result.frames) {
-        double height = frame.view.eye.y;
-        double share = high > low ? (height - low) / (high - low) : 0;
-        std::uint32_t slice = std::min(slices - 1, std::uint32_t(share * slices));
-        tops[slice] = std::max(tops[slice], height);
-        slice_of_frame.push_back(slice);
-    }
-    for (std::uint32_t slice : slice_of_frame) {
-        if (plan_of_slice[slice] == 0xFFFFFFFFu) {
-            plan_of_slice[slice] = std::uint32_t(plans.plans.size());
-            plans.plans.push_back(draw_plan(tracer, region, tops[slice] + 0.003 * across, pixels, job));
+        auto storey = std::size_t(std::lower_bound(tops.begin(), tops.end(), frame.view.eye.y) - tops.begin());
+        if (plan_of_storey[storey] == kNoPlan) {
+            plan_of_storey[storey] = std::uint32_t(plans.plans.size());
+            plans.plans.push_back(draw_plan(tracer, region, tops[storey] + 2 * tracer.scene().step(), pixels, job));
         }
-        plans.of_frame.push_back(plan_of_slice[slice]);
+        plans.of_frame.push_back(plan_of_storey[storey]);
     }
     return plans;
 }

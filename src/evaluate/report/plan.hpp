@@ -22,7 +22,7 @@ struct Plan {
 };
 
 struct Plans {
-    std::vector<Plan> plans;           ///< by height, at most three
+    std::vector<Plan> plans;           ///< at most seven
     std::vector<std::uint32_t> of_frame; ///< which plan belongs to each frame
 };
 

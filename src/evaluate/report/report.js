@@ -134,6 +134,7 @@
     const { ctx, bbox } = plot;
     ctx.save();
     ctx.strokeStyle = colour('accent');
+    ctx.setLineDash([]);
     ctx.globalAlpha = 0.6;
     ctx.lineWidth = devicePixelRatio;
     ctx.beginPath();
@@ -376,7 +377,7 @@
     add('false visible', 'Objects reported that no ray sees: wasted work, never a hole in the picture. A baked set knows the cell, not the viewpoint, so it always has some.');
     add('culled of frustum', 'Share of the objects that view-frustum culling would draw and that the method does not. Mean over the frames.');
     add('ceiling', 'Drawing exactly the objects that are seen, with culling for free. No culling of whole objects can be faster on this scene, this path and this renderer.');
-    add('draw time', drawn ? `From the first draw call until the renderer has finished (${walk.renderer}). One draw call per object. The median of ${plural(walk.repeat, 'walk')}. ` +
+    add('draw time', drawn ? `From the first draw call until the renderer has finished (${walk.renderer}). One draw call per object; of ${plural(walk.repeat, 'walk')} the fastest counts, frame by frame, which is what the work takes when nothing else disturbs the machine. ` +
       'A graphics card has other costs per triangle, pixel and call: compare methods here, not with other machines.' : 'Not measured.');
     add('speed-up', 'Median frame time (culling and drawing) of frustum culling divided by that of the method.');
     byId('reading').append(list);
