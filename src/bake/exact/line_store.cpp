@@ -7,7 +7,7 @@ namespace antumbra::exact {
 namespace {
 
 /// Errors above this are not worth carrying on: the vertex is computed in integers and rounded.
-constexpr double kLargestError = 0x1p-30;
+constexpr double kLargestError = 0x1p-20;
 /// Absorbs the roundings made while an error bound itself is computed.
 constexpr double kInflate = 1 + 0x1p-40;
 
@@ -243,7 +243,7 @@ VertexId LineStore<F>::cut(VertexId ia, VertexId ib, HyperplaneId ih) {
                 largest = std::max(largest, std::abs(v.x[k]));
             }
             v.error = (t1 * a.error + t * b.error + shift * (apart + a.error + b.error) + 4 * kUnit) * kInflate;
-            if (largest < 0.25 && largest > 0) {
+            if ((largest < 0.25 && largest > 0) || largest > 1) {
                 int exponent = 0;
                 std::frexp(largest, &exponent);
                 double factor = std::ldexp(1.0, -exponent);
