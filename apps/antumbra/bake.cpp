@@ -95,7 +95,12 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         document["visibility_bytes"] = visibility_bytes;
         document["bits_per_pair"] = bits_per_pair;
         document["mean_visible"] = statistics.mean_visible;
-        document["undecided"] = 0; // a sampled bake decides nothing but what it has seen
+        document["undecided"] = statistics.exact.undecided; // a sampled bake decides nothing but what it has seen
+        if (arguments.options.method == "exact")
+            document["exact"] = {{"box_queries", statistics.exact.box_queries},
+                                 {"triangle_queries", statistics.exact.triangle_queries},
+                                 {"pairs", statistics.exact.pairs},
+                                 {"found_by_query", statistics.exact.found_by_query}};
         document["rays_reused"] = statistics.rays_reused;
         document["aimed_rays"] = statistics.aimed_rays;
         document["confirmed_pairs"] = statistics.confirmed_pairs;
@@ -109,14 +114,21 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         print_json(document);
         return 0;
     }
-    fmt::print("guarantee  {}: what is listed is visible; what is missing is measured below\n",
-               to_string(result.pvs.guarantee));
+    bool exact = arguments.options.method == "exact";
+    fmt::print("guarantee  {}: {}\n", to_string(result.pvs.guarantee),
+               !exact ? "what is listed is visible; what is missing is measured below"
+               : statistics.exact.undecided ? "nothing is missing; some budgets ran out, see below"
+                                            : "what is listed is visible from its cell, and nothing else is");
     fmt::print("cells      {} baked, {} inside matter, {} not asked for{}\n", statistics.cells_baked,
                statistics.cells_solid, statistics.cells_not_baked,
                statistics.cells_resumed ? fmt::format(", {} taken from the checkpoint", statistics.cells_resumed) : "");
     fmt::print("visible    {:.1f} of {} objects per cell on average\n", statistics.mean_visible, objects);
     fmt::print("miss rate  {:.3g} of fresh random rays first hit an unlisted object (95%: below {:.3g}; {} of {})\n",
                statistics.miss_rate, statistics.miss_rate_upper95, statistics.holdout_misses, statistics.holdout_rays);
+    if (exact)
+        fmt::print("exact      {} boxes and {} triangles asked for, {} pairs found that the rays had missed, {} undecided\n",
+                   statistics.exact.box_queries, statistics.exact.triangle_queries, statistics.exact.found_by_query,
+                   statistics.exact.undecided);
     fmt::print("rays       {:.4g} million in {:.2f} s ({:.2f} CPU s)\n", double(statistics.rays) * 1e-6,
                statistics.seconds, statistics.cpu_seconds);
     fmt::print("file       {}, {} bytes; visibility alone {} bytes, {:.3f} bits per (cell, object) pair\n",
@@ -173,7 +185,7 @@ void add_bake(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("bake", "What can be seen from every cell of viewpoints, into a .pvs file");
     arguments->scene.add_to(command);
     command.add_option("-o,--output", arguments->output, "The .pvs file to write; OUT.part keeps finished cells");
-    command.add_option("--method", options.method, "How to bake")->check(CLI::IsMember({"sampled"}))->capture_default_str();
+    command.add_option("--method", options.method, "How to bake")->check(CLI::IsMember({"sampled", "exact"}))->capture_default_str();
     ViewTreeOptions& tree = options.tree;
     command
         .add_option("--subdivision", tree.subdivision, "How view space is cut: grid, or a tree over space, over space "

@@ -62,6 +62,7 @@ struct ViewTreeOptions {
 };
 
 struct BakeOptions {
+    /// "sampled": rays (aggressive). "exact": rays, then a proof for all that they did not find; Subdivision::grid only.
     std::string method = "sampled";
     ViewTreeOptions tree;
     /// The grid, for Subdivision::grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
@@ -83,6 +84,14 @@ struct BakeOptions {
     bool resume = false;
 };
 
+/// What method "exact" did (docs/methods/exact.md).
+struct ExactStatistics {
+    std::uint64_t box_queries = 0, triangle_queries = 0; ///< asked of a cell
+    std::uint64_t pairs = 0;                             ///< pairs of polygons asked for these
+    std::uint64_t undecided = 0;      ///< triangles listed as visible because a budget ran out; 0 in an exact bake
+    std::uint64_t found_by_query = 0; ///< (cell, object) pairs that the rays before had missed
+};
+
 /// What a bake measured. `bytes` and `bits_per_pair` belong to the file and are filled by whoever writes it.
 struct BakeStatistics {
     /// Cells of the grid, or leaves of the view tree.
@@ -99,6 +108,7 @@ struct BakeStatistics {
     std::uint64_t aimed_rays = 0;                ///< of rays: those of the sequential test
     /// Bound on losing a pair that a share s >= pair_s1 of aimed rays sees: all of its rays miss.
     double pair_s1 = 0, pair_miss_at_s1 = 0;
+    ExactStatistics exact; ///< method "exact" only
 };
 
 struct BakeResult {

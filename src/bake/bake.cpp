@@ -1,6 +1,7 @@
 #include <antumbra/bake.hpp>
 
 #include "bake/binomial.hpp"
+#include "bake/exact/exact_cells.hpp"
 #include "bake/keys.hpp"
 #include "bake/resumable.hpp"
 #include "bake/sampled/sample_payload.hpp"
@@ -14,6 +15,7 @@
 #include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace antumbra {
 namespace {
@@ -32,8 +34,10 @@ double process_cpu_seconds() {
 }
 
 Status check(const BakeOptions& options) {
-    if (options.method != "sampled")
-        return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled"};
+    if (options.method != "sampled" && options.method != "exact")
+        return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled, exact"};
+    if (options.method == "exact" && options.tree.subdivision != Subdivision::grid)
+        return {ErrorCode::usage, "the exact method speaks of boxes in space; use --subdivision grid"};
     if (options.rays_per_cell == 0 || options.rays_per_cell > 1u << 30 || options.holdout_rays > 1u << 28)
         return {ErrorCode::usage, "rays per cell must be 1 to 2^30, hold-out rays up to 2^28"};
     const SprtOptions& test = options.sequential;
@@ -164,6 +168,14 @@ void count_all(BakeStatistics& statistics, std::span<const RegionSample> samples
     finish(statistics);
 }
 
+void count(ExactStatistics& total, const ExactStatistics& cell) {
+    total.box_queries += cell.box_queries;
+    total.triangle_queries += cell.triangle_queries;
+    total.pairs += cell.pairs;
+    total.undecided += cell.undecided;
+    total.found_by_query += cell.found_by_query;
+}
+
 /// What the file says of how it was made: counts only, which are the same on every machine.
 std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics) {
     Json json = describe(options, grid);
@@ -174,6 +186,12 @@ std::string options_json(const BakeOptions& options, const CellGrid& grid, const
     json["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
     json["holdout_rays"] = statistics.holdout_rays;
     json["holdout_misses"] = statistics.holdout_misses;
+    if (options.method == "exact")
+        json["exact"] = {{"box_queries", statistics.exact.box_queries},
+                         {"triangle_queries", statistics.exact.triangle_queries},
+                         {"pairs", statistics.exact.pairs},
+                         {"undecided", statistics.exact.undecided},
+                         {"found_by_query", statistics.exact.found_by_query}};
     return json.dump();
 }
 
@@ -184,35 +202,53 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     Result<ViewCells> view = lay_view_cells(scene, options);
     if (!view)
         return view.status();
+    std::optional<ExactCells> exact;
+    if (options.method == "exact") {
+        exact.emplace(shared);
+        if (Status status = exact->check(view->grid.bounds); !status)
+            return status;
+    }
     std::size_t words = (scene.objects().size() + 63) / 64;
+    auto read = [&](PayloadReader& reader) {
+        return exact ? get_exact_cell(reader, words) : ExactCell{reader.get_sample(words), {}};
+    };
     Units units;
     units.stage = "bake";
     units.unit_name = "cells";
     units.ids = view->to_bake;
     units.compute = [&](std::size_t index) {
+        Box3d cell = view->grid.cell(view->to_bake[index]);
         PayloadWriter payload;
-        payload.put(sample_cell(shared, view->grid.cell(view->to_bake[index])));
+        if (exact)
+            put(payload, exact->solve(cell));
+        else
+            payload.put(sample_cell(shared, cell));
         return payload.take();
     };
     units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
         PayloadReader reader(payload);
-        reader.get_sample(words);
+        read(reader);
         return reader.at_end();
     };
     Result<UnitResults> results = run_units(units, checkpoint_key(scene, options, view->grid), options, job);
     if (!results)
         return results.status();
+    BakeResult result;
     std::vector<RegionSample> samples;
     for (Payload& payload : results->payloads) {
-        samples.push_back(PayloadReader(payload).get_sample(words));
+        PayloadReader reader(payload);
+        ExactCell cell = read(reader);
+        samples.push_back(std::move(cell.sample));
+        count(result.statistics.exact, cell.work);
         payload = {};
     }
-    BakeResult result;
     result.statistics.cells = view->grid.cells();
     result.statistics.cells_not_baked = view->grid.cells() - view->to_bake.size();
     result.statistics.cells_resumed = results->resumed;
     count_all(result.statistics, samples, options);
     result.pvs = begin_pvs(scene, options);
+    if (exact)
+        result.pvs.guarantee = result.statistics.exact.undecided ? Guarantee::conservative : Guarantee::exact;
     result.pvs.options_json = options_json(options, view->grid, result.statistics);
     result.pvs.grid = view->grid;
     result.pvs.cell_row.assign(view->grid.cells(), kCellNotBaked);
@@ -277,13 +313,17 @@ Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const
     Clock::time_point start = Clock::now();
     Tracer tracer = Tracer::build(scene, job);
     SamplingScene shared(tracer, options);
+    std::optional<ExactCells> exact;
+    if (options.method == "exact")
+        exact.emplace(shared);
     double set_up_seconds = seconds_since(start);
     std::size_t probed = std::min(kProbedCells, view->to_bake.size());
     std::atomic<std::uint64_t> set_bits{0}, rows{0};
     start = Clock::now();
     parallel_for(probed, job, [&](std::size_t index, unsigned) {
         std::uint64_t cell = view->to_bake[(2 * index + 1) * view->to_bake.size() / (2 * probed)];
-        RegionSample sample = sample_cell(shared, view->grid.cell(cell));
+        Box3d box = view->grid.cell(cell);
+        RegionSample sample = exact ? exact->solve(box).sample : sample_cell(shared, box);
         rows += !sample.solid;
         for (std::uint64_t word : sample.visible)
             set_bits += std::uint64_t(std::popcount(word));

@@ -1,0 +1,34 @@
+// The exact method as a bake knows it: rays first, then CellSolver for what they did not find.
+#pragma once
+
+#include "bake/exact/cell.hpp"
+#include "bake/sampled/sample_payload.hpp"
+
+namespace antumbra {
+
+struct ExactCell {
+    RegionSample sample; ///< `visible` holds every visible object and no other, but for the undecided
+    ExactStatistics work;
+};
+
+/// Immutable and thread-safe; refers to the sampling scene.
+class ExactCells {
+  public:
+    explicit ExactCells(const SamplingScene& shared);
+
+    /// ErrorCode::usage for a cell whose corners lie 2^24 or more grid steps from the scene's origin.
+    Status check(const Box3d& cell) const;
+    /// A pure function of scene, options and cell (world, on the scene's grid). A cell without a viewpoint is solid.
+    /// The answer speaks of every point of the closed cell, be it in free space or not.
+    ExactCell solve(const Box3d& cell) const;
+
+  private:
+    void check_with_rays(const Box3d& cell, std::uint64_t key, RegionSample& sample) const;
+    const SamplingScene& shared_;
+    exact::SceneTree tree_;
+};
+
+void put(PayloadWriter& writer, const ExactCell& cell);
+ExactCell get_exact_cell(PayloadReader& reader, std::size_t words);
+
+} // namespace antumbra

@@ -1,0 +1,118 @@
+// The exact method through the public door.
+#include <antumbra/bake.hpp>
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <filesystem>
+
+namespace antumbra {
+namespace {
+
+/// A street of closed houses with a thing in each and a few outside.
+Scene village() {
+    RawScene raw;
+    raw.source = "village";
+    auto box = [&](const std::string& name, Vec3d a, Vec3d b) {
+        RawObject object;
+        object.name = name;
+        object.flags = kOccludes | kDoubleSided;
+        object.first_triangle = static_cast<std::uint32_t>(raw.triangles.size());
+        auto first = static_cast<std::uint32_t>(raw.positions.size());
+        for (int i = 0; i < 8; ++i)
+            raw.positions.push_back({i & 1 ? b.x : a.x, i & 2 ? b.y : a.y, i & 4 ? b.z : a.z});
+        for (std::array<std::uint32_t, 4> f : {std::array<std::uint32_t, 4>{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}) {
+            raw.triangles.push_back({first + f[0], first + f[1], first + f[2]});
+            raw.triangles.push_back({first + f[0], first + f[2], first + f[3]});
+        }
+        object.triangle_count = 12;
+        raw.objects.push_back(object);
+    };
+    for (int k = 0; k < 6; ++k) {
+        double x = 6.0 * k, y = k % 2 * 10.0;
+        box("house " + std::to_string(k), {x, 0, y}, {x + 4, 3.0 + k % 3, y + 4});
+        box("thing " + std::to_string(k), {x + 1, 0.5, y + 1}, {x + 2, 1, y + 2});
+        box("tree " + std::to_string(k), {x + 4.5, 0, y}, {x + 5, 2, y + 0.5});
+    }
+    Result<Scene> scene = Scene::create(std::move(raw));
+    EXPECT_TRUE(scene.ok());
+    return std::move(*scene);
+}
+
+BakeOptions options() {
+    BakeOptions o;
+    o.method = "exact";
+    o.cells = {4, 1, 3};
+    o.rays_per_cell = 200; // few: the proofs do the rest
+    o.holdout_rays = 3000;
+    return o;
+}
+
+bool listed(const PvsData& pvs, std::uint32_t row, std::uint32_t object) {
+    return pvs.rows[row * pvs.words_per_row() + object / 64] >> (object % 64) & 1;
+}
+
+TEST(ExactBake, IsExactAndNoFreshRaySeesMore) {
+    Scene scene = village();
+    Result<BakeResult> result = bake(scene, options());
+    ASSERT_TRUE(result.ok()) << result.status().message();
+    EXPECT_EQ(result->pvs.guarantee, Guarantee::exact);
+    EXPECT_EQ(result->pvs.method, "exact");
+    EXPECT_EQ(result->statistics.exact.undecided, 0u);
+    EXPECT_EQ(result->statistics.holdout_misses, 0u);
+    EXPECT_GT(result->statistics.holdout_rays, 10000u);
+    EXPECT_GT(result->statistics.exact.found_by_query, 0u);
+}
+
+TEST(ExactBake, HoldsEverythingThatASampledBakeFindsAndTheSameWithMoreRays) {
+    Scene scene = village();
+    BakeOptions more = options(), sampled = options();
+    more.rays_per_cell = 20000;
+    more.seed = 9;
+    sampled.method = "sampled";
+    sampled.rays_per_cell = 50000;
+    Result<BakeResult> a = bake(scene, options()), b = bake(scene, more), c = bake(scene, sampled);
+    ASSERT_TRUE(a.ok() && b.ok() && c.ok());
+    EXPECT_EQ(a->pvs.cell_row, b->pvs.cell_row);
+    EXPECT_EQ(a->pvs.rows, b->pvs.rows);
+    for (std::size_t cell = 0; cell < a->pvs.cell_row.size(); ++cell) {
+        std::uint32_t exact = a->pvs.cell_row[cell], found = c->pvs.cell_row[cell];
+        ASSERT_EQ(exact == kCellSolid, found == kCellSolid);
+        for (std::uint32_t o = 0; exact < kCellSolid && o < scene.objects().size(); ++o)
+            EXPECT_TRUE(listed(a->pvs, exact, o) || !listed(c->pvs, found, o)) << cell << " " << o;
+    }
+}
+
+TEST(ExactBake, IsTheSameForAnyNumberOfThreadsAndWhenResumed) {
+    Scene scene = village();
+    Job one, three;
+    one.threads = 1;
+    three.threads = 3;
+    BakeOptions o = options();
+    Result<BakeResult> a = bake(scene, o, one), b = bake(scene, o, three);
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(*encode_pvs(a->pvs), *encode_pvs(b->pvs));
+    o.checkpoint = ::testing::TempDir() + "exact_bake.part";
+    std::filesystem::remove(o.checkpoint);
+    ASSERT_TRUE(bake(scene, o, one).ok());
+    o.resume = true;
+    Result<BakeResult> c = bake(scene, o, one);
+    ASSERT_TRUE(c.ok()) << c.status().message();
+    EXPECT_GT(c->statistics.cells_resumed, 0u);
+    EXPECT_EQ(*encode_pvs(a->pvs), *encode_pvs(c->pvs));
+    std::filesystem::remove(o.checkpoint);
+}
+
+TEST(ExactBake, RefusesViewTreesAndCellsFarAway) {
+    Scene scene = village();
+    BakeOptions o = options();
+    o.tree.subdivision = Subdivision::spatial;
+    EXPECT_EQ(bake(scene, o).status().code(), ErrorCode::usage);
+    o = options();
+    o.where = {{{1000, 0, 0}, {1001, 1, 1}}};
+    EXPECT_EQ(bake(scene, o).status().code(), ErrorCode::usage);
+}
+
+} // namespace
+} // namespace antumbra
