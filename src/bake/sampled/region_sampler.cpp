@@ -19,6 +19,9 @@ constexpr std::uint32_t kAttemptsPerViewpoint = 8;
 enum Stream : std::uint32_t { kViewpoints, kDirections, kAimed, kHoldout, kGuided };
 
 constexpr unsigned kBuckets = 32;
+/// How often guided sampling aims at a neighbour of something seen, and how often it looks anywhere instead.
+constexpr std::size_t kGuidedTries = 4;
+constexpr std::uint32_t kGuidedUniformEvery = 32;
 /// Rays that an object gets however unlikely it is to be visible.
 constexpr std::uint32_t kFewestAimedRays = 4;
 
@@ -26,6 +29,8 @@ constexpr std::uint32_t kFewestAimedRays = 4;
 
 SamplingScene::SamplingScene(const Tracer& tracer, const BakeOptions& options)
     : tracer_(tracer), options_(options), sequential_(options.sequential) {
+    if (options.sampling == Sampling::guided)
+        neighbours_.emplace(scene());
     area_until_.resize(scene().triangles().size());
     for (const Object& object : scene().objects()) {
         double sum = 0;
@@ -132,57 +137,56 @@ void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
     }
 }
 
-void RegionSampler::explore(const Found& found, std::vector<Found>& queue, std::vector<bool>& known, Random& random) {
-    auto send = [&](const Vec3d& from, const Vec3d& to) {
-        Vec3d direction = to - from;
-        if (!(dot(direction, direction) > 0) || !region_.holds_direction(direction))
-            return;
-        Ray ray{from, direction};
-        cast(ray);
-        for (std::uint32_t triangle : hits_)
-            if (!known[triangle]) {
-                known[triangle] = true;
-                queue.push_back({triangle, ray});
-            }
-    };
-    Vec3d corners[3] = {scene_.vertex(found.triangle, 0), scene_.vertex(found.triangle, 1), scene_.vertex(found.triangle, 2)};
-    Vec3d centre = (corners[0] + corners[1] + corners[2]) / 3;
-    // Just past the border: adaptive border sampling, at corners and edges.
-    constexpr double kPast = 1.02;
-    for (int c = 0; c < 3; ++c) {
-        send(found.ray.origin, centre + (corners[c] - centre) * kPast);
-        Vec3d middle = (corners[c] + corners[(c + 1) % 3]) / 2;
-        send(found.ray.origin, centre + (middle - centre) * kPast);
-    }
-    // The same place from elsewhere: what hides behind its edge from here may show from there.
-    for (int c = 0; c < 2; ++c) {
-        const Vec3d& from = viewpoints_[random.below(std::uint32_t(viewpoints_.size()))];
-        send(from, centre + (corners[random.below(3)] - centre) * kPast);
-    }
-}
-
 void RegionSampler::look_guided(std::uint32_t count) {
     if (!has_viewpoint())
         return;
     ensure_viewpoints(viewpoints_.size() + count / kRaysPerViewpoint);
+    struct Candidate {
+        std::uint32_t object;
+        Vec3d from;
+    };
+    // Candidates by how often they were tried; the first in the least tried list is next.
+    std::vector<Candidate> lists[kGuidedTries];
+    std::size_t next[kGuidedTries] = {};
+    std::vector<bool> expanded(scene_.objects().size());
     Random random(shared_.options().seed, key_, kGuided);
-    std::uint64_t end = sample_.rays + count;
-    std::vector<bool> known(scene_.triangles().size());
-    std::vector<Found> queue;
-    std::size_t next = 0;
-    while (sample_.rays < end) {
-        if (next < queue.size()) {
-            Found found = queue[next++];
-            explore(found, queue, known, random);
-            continue;
+    auto expand = [&](const Vec3d& from) {
+        for (std::uint32_t triangle : hits_) {
+            std::uint32_t object = scene_.triangle_objects()[triangle];
+            if (expanded[object])
+                continue;
+            expanded[object] = true;
+            for (std::uint32_t neighbour : shared_.neighbours()->of(object))
+                if (!seen(neighbour) && scene_.objects()[neighbour].triangle_count > 0)
+                    lists[0].push_back({neighbour, from});
         }
+    };
+    auto anywhere = [&] {
         Ray ray{viewpoints_[random.below(std::uint32_t(viewpoints_.size()))], uniform_direction(region_, random)};
         cast(ray);
-        for (std::uint32_t triangle : hits_)
-            if (!known[triangle]) {
-                known[triangle] = true;
-                queue.push_back({triangle, ray});
-            }
+        expand(ray.origin);
+    };
+    for (std::uint32_t r = 0; r < count; ++r) {
+        std::size_t tries = 0;
+        while (tries < kGuidedTries && next[tries] == lists[tries].size())
+            ++tries;
+        if (tries == kGuidedTries || r % kGuidedUniformEvery == 0) {
+            anywhere();
+            continue;
+        }
+        Candidate candidate = lists[tries][next[tries]++];
+        if (seen(candidate.object)) {
+            --r; // nothing was cast
+            continue;
+        }
+        double pick = random.uniform(), u = random.uniform(), v = random.uniform();
+        Vec3d direction = shared_.surface_point(candidate.object, pick, u, v) - candidate.from;
+        if (!(dot(direction, direction) > 0) || !region_.holds_direction(direction))
+            continue;
+        cast({candidate.from, direction});
+        expand(candidate.from);
+        if (!seen(candidate.object) && tries + 1 < kGuidedTries)
+            lists[tries + 1].push_back({candidate.object, viewpoints_[random.below(std::uint32_t(viewpoints_.size()))]});
     }
 }
 

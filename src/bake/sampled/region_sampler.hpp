@@ -5,12 +5,14 @@
 // Guarantee: aggressive. Source: Gotsman, Sudarsky, Fayman 1999, sections 3 and 5.
 #pragma once
 
+#include "bake/sampled/neighbours.hpp"
 #include "bake/sampled/sequential_test.hpp"
 #include "bake/sampled/sampling_region.hpp"
 #include "rays/arbiter.hpp"
 
 #include <antumbra/bake.hpp>
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,6 +27,8 @@ class SamplingScene {
     const Scene& scene() const { return tracer_.scene(); }
     const BakeOptions& options() const { return options_; }
     const SequentialTest& sequential() const { return sequential_; }
+    /// Empty unless options ask for guided sampling.
+    const std::optional<ObjectNeighbours>& neighbours() const { return neighbours_; }
     /// A point uniform on the object's surface: on the triangle at the share `pick` of its area, at (u, v).
     Vec3d surface_point(std::uint32_t object, double pick, double u, double v) const;
 
@@ -32,6 +36,7 @@ class SamplingScene {
     const Tracer& tracer_;
     BakeOptions options_;
     SequentialTest sequential_;
+    std::optional<ObjectNeighbours> neighbours_;
     std::vector<double> area_until_; ///< per triangle: twice the area of its object's triangles up to and with it
 };
 
@@ -70,8 +75,9 @@ class RegionSampler {
     void adopt(const RayCache& cache);
     /// Casts `count` more rays uniform over positions and directions of the region; keeps them in `keep` if given.
     void look_around(std::uint32_t count, RayCache* keep = nullptr);
-    /// Spends about `count` rays around what was just found: past the borders of newly seen triangles and from other
-    /// viewpoints. In the manner of guided visibility sampling (Wonka et al. 2006).
+    /// Spends `count` rays where something new is likely: at the neighbours of what was just seen, from where it was
+    /// seen, and now and then anywhere. Needs options.sampling guided. In the manner of guided visibility sampling
+    /// (Wonka et al. 2006), for objects instead of triangles.
     void look_guided(std::uint32_t count);
     /// The sequential test of every object not seen so far.
     void aim_at_unseen();
@@ -87,11 +93,6 @@ class RegionSampler {
     RegionSample finish() &&;
 
   private:
-    struct Found {
-        std::uint32_t triangle;
-        Ray ray;
-    };
-
     bool check_viewpoint(const Vec3d& point);
     /// Searches until there are `wanted` viewpoints, or the region looks as if it had no more.
     void ensure_viewpoints(std::size_t wanted);
@@ -99,7 +100,6 @@ class RegionSampler {
     void cast(const Ray& ray);
     void record(const Ray& ray, std::span<const std::uint32_t> triangles);
     void set(std::uint32_t object);
-    void explore(const Found& found, std::vector<Found>& queue, std::vector<bool>& known, Random& random);
     std::vector<double> prior_odds() const;
     unsigned bucket_of(std::uint32_t object) const;
 
