@@ -1,7 +1,7 @@
 // Rays per second of the strict tracer beside Embree alone, one thread each, same rays, same triangles; with
 // the share of rays about which the two disagree.
 //
-//   bench_rays [--rays N] [SCENE..]     without scenes: a built-in field of boxes
+//   bench_rays [--rays N] [--views] [SCENE..]     without scenes: a built-in field of boxes
 //
 // Embree: rtcIntersect1, RTC_SCENE_FLAG_ROBUST, RTC_BUILD_QUALITY_MEDIUM, no filters. To be comparable all
 // faces are double-sided and only occluding triangles are given to either. Origins are uniform in a box of
@@ -109,6 +109,32 @@ std::vector<Ray> rays_in_cells(const Scene& scene, std::size_t count) {
     return rays;
 }
 
+/// Pixels of square views that look in random directions, 90 degrees wide.
+std::vector<Ray> rays_of_views(const Scene& scene, std::size_t count) {
+    constexpr std::uint32_t kSide = 128, kTile = 4;
+    std::vector<Ray> rays;
+    Box3d bounds = to_double(scene.local_bounds());
+    for (std::size_t view = 0; rays.size() < count; ++view) {
+        Random random(9, view);
+        Vec3d eye, forward, right;
+        for (int k = 0; k < 3; ++k) {
+            eye[k] = random.uniform(bounds.min[k], bounds.max[k]);
+            forward[k] = random.uniform(-1, 1);
+            right[k] = random.uniform(-1, 1);
+        }
+        forward = normalized(forward);
+        right = normalized(cross(forward, right));
+        Vec3d up = cross(right, forward);
+        for (std::uint32_t p = 0; p < kSide * kSide; ++p) {
+            std::uint32_t tile = p / (kTile * kTile), within = p % (kTile * kTile);
+            double x = tile % (kSide / kTile) * kTile + within % kTile + 0.5;
+            double y = double(tile / (kSide / kTile) * kTile + within / kTile) + 0.5;
+            rays.push_back({eye, forward + right * (x * 2 / kSide - 1) + up * (y * 2 / kSide - 1)});
+        }
+    }
+    return rays;
+}
+
 struct Embree {
     RTCDevice device = rtcNewDevice("threads=1");
     RTCScene scene = rtcNewScene(device);
@@ -166,7 +192,7 @@ struct Embree {
     }
 };
 
-void compare(const std::string& name, const Scene& scene, std::size_t count) {
+void compare(const std::string& name, const Scene& scene, std::size_t count, bool views) {
     double start = seconds();
     Job one;
     one.threads = 1;
@@ -175,7 +201,7 @@ void compare(const std::string& name, const Scene& scene, std::size_t count) {
     start = seconds();
     Embree embree(scene);
     double embree_build = seconds() - start;
-    std::vector<Ray> rays = rays_in_cells(scene, count);
+    std::vector<Ray> rays = views ? rays_of_views(scene, count) : rays_in_cells(scene, count);
     std::vector<Hit> ours(rays.size()), theirs(rays.size());
     Stopwatch our_watch, their_watch;
     constexpr std::size_t kChunk = 4096;
@@ -187,6 +213,19 @@ void compare(const std::string& name, const Scene& scene, std::size_t count) {
             their_watch.run(c, [&] { embree.first_hits(part, {theirs.data() + begin, size}); });
         }
     double our_best = our_watch.total(), their_best = their_watch.total();
+    Stopwatch alone_watch, batch_watch;
+    std::vector<std::uint32_t> seen_alone;
+    SeenBatch seen_batch;
+    for (int round = 0; round < 3; ++round)
+        for (std::size_t c = 0; c * kChunk < rays.size(); ++c) {
+            std::span<const Ray> part(rays.data() + c * kChunk, std::min(kChunk, rays.size() - c * kChunk));
+            alone_watch.run(c, [&] {
+                seen_alone.clear();
+                for (const Ray& ray : part)
+                    tracer.seen(ray, seen_alone);
+            });
+            batch_watch.run(c, [&] { tracer.seen_batch(part, seen_batch); });
+        }
     std::size_t hit = 0, other_triangle = 0, other_depth = 0;
     for (std::size_t r = 0; r < rays.size(); ++r) {
         hit += bool(ours[r]);
@@ -198,10 +237,11 @@ void compare(const std::string& name, const Scene& scene, std::size_t count) {
     double n = double(rays.size());
     std::printf("%-28s %9zu tri  build %.2f s (Embree %.2f)  %4zu MB  ours %6.3f Mray/s  Embree %6.3f Mray/s "
                 " ratio %.2f  "
-                "hits %.3f  other triangle %.2e  other depth %.2e\n",
+                "hits %.3f  other triangle %.2e  other depth %.2e  seen %.3f, in batches %.3f Mray/s\n",
                 name.c_str(), scene.triangles().size(), build, embree_build, tracer.memory_bytes() >> 20,
                 n / our_best / 1e6, n / their_best / 1e6, their_best / our_best, double(hit) / n,
-                double(other_triangle) / n, double(other_depth) / n);
+                double(other_triangle) / n, double(other_depth) / n, n / alone_watch.total() / 1e6,
+                n / batch_watch.total() / 1e6);
     std::fflush(stdout);
 }
 
@@ -210,21 +250,24 @@ void compare(const std::string& name, const Scene& scene, std::size_t count) {
 int main(int argc, char** argv) {
     std::size_t count = 400000;
     std::vector<std::string> files;
+    bool views = false;
     for (int i = 1; i < argc; ++i)
         if (!std::strcmp(argv[i], "--rays") && i + 1 < argc)
             count = std::strtoul(argv[++i], nullptr, 10);
+        else if (!std::strcmp(argv[i], "--views"))
+            views = true;
         else
             files.push_back(argv[i]);
     SceneOptions both;
     both.sides = SidesOption::both;
     Result<Scene> built_in = Scene::create(boxes(100), both);
-    compare("boxes (built in)", *built_in, count);
+    compare("boxes (built in)", *built_in, count, views);
     for (const std::string& file : files) {
         Result<Scene> scene = load_scene(file, {}, both);
         if (!scene) {
             std::fprintf(stderr, "%s\n", scene.status().message().c_str());
             return 1;
         }
-        compare(file.substr(file.rfind('/') + 1), *scene, count);
+        compare(file.substr(file.rfind('/') + 1), *scene, count, views);
     }
 }

@@ -9,27 +9,35 @@
 
 namespace antumbra::rays {
 
-/// Receives hits. `front`: the ray comes from the counter-clockwise side.
+inline constexpr int kPacket = 16; ///< most rays that walk together
+inline constexpr int kBatch = 16;  ///< most rays in a call
+
+/// Receives hits of the ray with that index. `front`: it comes from the counter-clockwise side.
 struct HitSink {
-    void (*add)(void* self, double t, std::uint32_t triangle, bool front, bool double_sided) = nullptr;
+    void (*add)(void* self, int ray, double t, std::uint32_t triangle, bool front,
+                bool double_sided) = nullptr;
     void* self = nullptr;
 };
 
+/// Rays that run alike should be neighbours in a batch: they share their walk. It never changes an answer.
 struct Kernel {
     const char* name;
     /// rays::prepare().
     bool (*prepare)(const Ray& ray, double scene_size, PreparedRay& prepared);
-    /// The nearest triangle drawn towards each ray, with t in units of the ray's own direction.
+    /// The nearest triangle drawn towards each of any number of rays, with t in units of the ray's own
+    /// direction.
     void (*first_hits)(const TreeView& tree, double scene_size, std::span<const Ray> rays,
                        std::span<Hit> hits);
-    /// The nearest triangle drawn towards the ray, if nearer than best.t or tied with a lower index.
-    void (*nearest)(const TreeView& tree, const PreparedRay& ray, Hit& best);
-    /// The same, and reports every candidate that improved `best` or tied with it.
-    void (*nearest_ties)(const TreeView& tree, const PreparedRay& ray, Hit& best, const HitSink& sink);
-    /// Reports every drawn triangle with t <= limit.
-    void (*all)(const TreeView& tree, const PreparedRay& ray, double limit, const HitSink& sink);
-    /// The nearest triangle from whatever side, reported like nearest_ties.
-    void (*surface)(const TreeView& tree, const PreparedRay& ray, Hit& best, const HitSink& sink);
+    /// Of at most kBatch rays, reports every drawn triangle with t <= the ray's limit that is met on the way;
+    /// each lowers the limit to its t. So the nearest and all that tie with it are reported, and some others.
+    void (*nearest)(const TreeView& tree, const PreparedRay* rays, int count, double* limits,
+                    const HitSink& sink);
+    /// Reports every drawn triangle with t <= the ray's limit.
+    void (*all)(const TreeView& tree, const PreparedRay* rays, int count, double* limits,
+                const HitSink& sink);
+    /// Like `nearest`, from whatever side.
+    void (*surface)(const TreeView& tree, const PreparedRay* rays, int count, double* limits,
+                    const HitSink& sink);
 };
 
 const Kernel& scalar_kernel();

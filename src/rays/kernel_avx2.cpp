@@ -1,5 +1,6 @@
 #include "rays/kernel.hpp"
 
+#include <cmath>
 #include <limits>
 
 #if defined(__x86_64__)
@@ -38,6 +39,25 @@ struct Avx2 {
                 last = _mm256_min_ps(_mm256_mul_ps(far, _mm256_broadcast_ss(&ray.far_inverse[k])), last);
             }
             _mm256_store_ps(distance + at, first);
+            mask |= _mm256_movemask_ps(_mm256_cmp_ps(first, last, _CMP_LE_OQ)) << at;
+        }
+        return mask;
+    }
+
+    static int enter_box(const Node& node, int child, const Packet& packet) {
+        int mask = 0;
+        for (int at = 0; at < kPacket; at += 8) {
+            __m256 first = _mm256_setzero_ps();
+            __m256 last = _mm256_load_ps(packet.limit_above + at);
+            for (int k = 0; k < 3; ++k) {
+                __m256 near_plane = _mm256_broadcast_ss(&node.bounds[packet.bounds.near_row[k]][child]);
+                __m256 far_plane = _mm256_broadcast_ss(&node.bounds[packet.bounds.far_row[k]][child]);
+                __m256 near = _mm256_sub_ps(near_plane, _mm256_load_ps(packet.near_origin[k] + at));
+                __m256 far = _mm256_sub_ps(far_plane, _mm256_load_ps(packet.far_origin[k] + at));
+                first =
+                    _mm256_max_ps(_mm256_mul_ps(near, _mm256_load_ps(packet.near_inverse[k] + at)), first);
+                last = _mm256_min_ps(_mm256_mul_ps(far, _mm256_load_ps(packet.far_inverse[k] + at)), last);
+            }
             mask |= _mm256_movemask_ps(_mm256_cmp_ps(first, last, _CMP_LE_OQ)) << at;
         }
         return mask;

@@ -1,5 +1,6 @@
 #include "rays/kernel.hpp"
 
+#include <cmath>
 #include <limits>
 
 #if defined(__x86_64__)
@@ -11,7 +12,8 @@
 #pragma clang attribute push(__attribute__((target("avx2,bmi,avx512f,avx512vl,avx512dq"))),                  \
                              apply_to = function)
 #else
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized" // GCC 12 warns about its own header
+#pragma GCC diagnostic ignored "-Wuninitialized" // GCC 12 warns about its own header
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC target("avx2,bmi,avx512f,avx512vl,avx512dq")
 #endif
 
@@ -39,6 +41,20 @@ struct Avx512 {
             last = _mm512_min_ps(_mm512_mul_ps(far, _mm512_set1_ps(ray.far_inverse[k])), last);
         }
         _mm512_store_ps(distance, first);
+        return _mm512_cmp_ps_mask(first, last, _CMP_LE_OQ);
+    }
+
+    static int enter_box(const Node& node, int child, const Packet& packet) {
+        __m512 first = _mm512_setzero_ps();
+        __m512 last = _mm512_load_ps(packet.limit_above);
+        for (int k = 0; k < 3; ++k) {
+            __m512 near_plane = _mm512_set1_ps(node.bounds[packet.bounds.near_row[k]][child]);
+            __m512 far_plane = _mm512_set1_ps(node.bounds[packet.bounds.far_row[k]][child]);
+            __m512 near = _mm512_sub_ps(near_plane, _mm512_load_ps(packet.near_origin[k]));
+            __m512 far = _mm512_sub_ps(far_plane, _mm512_load_ps(packet.far_origin[k]));
+            first = _mm512_max_ps(_mm512_mul_ps(near, _mm512_load_ps(packet.near_inverse[k])), first);
+            last = _mm512_min_ps(_mm512_mul_ps(far, _mm512_load_ps(packet.far_inverse[k])), last);
+        }
         return _mm512_cmp_ps_mask(first, last, _CMP_LE_OQ);
     }
 

@@ -1,5 +1,6 @@
 #include "rays/kernel.hpp"
 
+#include <cmath>
 #include <limits>
 
 namespace antumbra::rays {
@@ -27,6 +28,23 @@ struct Scalar {
                 last = far < last ? far : last;
             }
             distance[i] = first;
+            mask |= first <= last ? 1 << i : 0;
+        }
+        return mask;
+    }
+
+    static int enter_box(const Node& node, int child, const Packet& packet) {
+        int mask = 0;
+        for (int i = 0; i < kPacket; ++i) {
+            float first = 0, last = packet.limit_above[i];
+            for (int k = 0; k < 3; ++k) {
+                float near_plane = node.bounds[packet.bounds.near_row[k]][child];
+                float far_plane = node.bounds[packet.bounds.far_row[k]][child];
+                float near = (near_plane - packet.near_origin[k][i]) * packet.near_inverse[k][i];
+                float far = (far_plane - packet.far_origin[k][i]) * packet.far_inverse[k][i];
+                first = near > first ? near : first;
+                last = far < last ? far : last;
+            }
             mask |= first <= last ? 1 << i : 0;
         }
         return mask;

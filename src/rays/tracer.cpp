@@ -76,35 +76,66 @@ void Tracer::first_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
 
 namespace {
 
+/// A hit of one ray of a batch.
 struct Found {
+    int ray;
     std::uint32_t object;
-    std::uint32_t triangle;
     double t;
+    std::uint32_t triangle;
 };
 
-/// Candidates of one ray; the occluding ones are dropped whenever a nearer one appears.
+/// Collects the hits of a batch.
 struct Collector {
     const Scene* scene;
     std::vector<Found>* found;
 
-    void add(double t, std::uint32_t triangle) {
-        found->push_back({scene->triangle_objects()[triangle], triangle, t});
-    }
-    static void nearest(void* self, double t, std::uint32_t triangle, bool, bool) {
+    static void add(void* self, int ray, double t, std::uint32_t triangle, bool, bool) {
         auto& collector = *static_cast<Collector*>(self);
-        if (!collector.found->empty() && t < collector.found->back().t)
-            collector.found->clear();
-        collector.add(t, triangle);
-    }
-    static void all(void* self, double t, std::uint32_t triangle, bool, bool) {
-        static_cast<Collector*>(self)->add(t, triangle);
+        collector.found->push_back({ray, collector.scene->triangle_objects()[triangle], t, triangle});
     }
 };
+
+/// The order in which seen() lists what it found: by ray, then object, the nearest triangle of each first.
+bool listed_before(const Found& a, const Found& b) {
+    if (a.ray != b.ray)
+        return a.ray < b.ray;
+    if (a.object != b.object)
+        return a.object < b.object;
+    return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
+}
+
+/// Prepared rays of a batch; those that can hit nothing are left out.
+struct Batch {
+    PreparedRay rays[rays::kBatch];
+    double limits[rays::kBatch];
+    int place[rays::kBatch]; ///< in the caller's batch
+    int count = 0;
+
+    void add(const Kernel& kernel, const Ray& ray, double scene_size, int at) {
+        limits[count] = std::numeric_limits<double>::infinity();
+        place[count] = at;
+        count += kernel.prepare(ray, scene_size, rays[count]);
+    }
+};
+
+/// Leaves only those occluding hits that tie for the first of their ray, and tells it.
+void keep_first(std::vector<Found>& found, const Batch& batch, Hit* hits) {
+    std::size_t kept = 0;
+    for (const Found& one : found) {
+        if (one.t != batch.limits[one.ray])
+            continue;
+        Hit& hit = hits[batch.place[one.ray]];
+        hit.t = one.t * batch.rays[one.ray].unit;
+        hit.triangle = std::min(hit.triangle, one.triangle);
+        found[kept++] = one;
+    }
+    found.resize(kept);
+}
 
 struct Surface {
     Hit best;
     bool front = true, double_sided = true;
-    static void add(void* self, double t, std::uint32_t triangle, bool front, bool double_sided) {
+    static void add(void* self, int, double t, std::uint32_t triangle, bool front, bool double_sided) {
         auto& surface = *static_cast<Surface*>(self);
         if (t < surface.best.t || (t == surface.best.t && triangle < surface.best.triangle))
             surface = {{t, triangle}, front, double_sided};
@@ -113,24 +144,46 @@ struct Surface {
 
 } // namespace
 
-Hit Tracer::seen(const Ray& ray, std::vector<std::uint32_t>& triangles) const {
+/// At most kBatch rays; calls list(place of the ray, triangle) in order.
+template <class List>
+void Tracer::see(std::span<const Ray> rays, Hit* hits, List&& list) const {
     thread_local std::vector<Found> found;
     found.clear();
-    PreparedRay prepared;
-    Hit hit;
-    if (!tree_->prepared(ray, prepared))
-        return hit;
+    Batch batch;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        batch.add(*tree_->kernel, rays[i], tree_->size, static_cast<int>(i));
     Collector collector{tree_->scene, &found};
-    tree_->kernel->nearest_ties(tree_->occluding.view(), prepared, hit, {Collector::nearest, &collector});
-    tree_->kernel->all(tree_->open.view(), prepared, hit.t, {Collector::all, &collector});
-    std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
-        return a.object != b.object ? a.object < b.object : a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
-    });
+    HitSink sink{Collector::add, &collector};
+    tree_->kernel->nearest(tree_->occluding.view(), batch.rays, batch.count, batch.limits, sink);
+    keep_first(found, batch, hits);
+    tree_->kernel->all(tree_->open.view(), batch.rays, batch.count, batch.limits, sink);
+    if (found.size() > 1)
+        std::sort(found.begin(), found.end(), listed_before);
     for (std::size_t i = 0; i < found.size(); ++i)
-        if (i == 0 || found[i].object != found[i - 1].object)
-            triangles.push_back(found[i].triangle);
-    hit.t = hit.t * prepared.unit;
+        if (i == 0 || found[i].object != found[i - 1].object || found[i].ray != found[i - 1].ray)
+            list(batch.place[found[i].ray], found[i].triangle);
+}
+
+Hit Tracer::seen(const Ray& ray, std::vector<std::uint32_t>& triangles) const {
+    Hit hit;
+    see({&ray, 1}, &hit, [&](int, std::uint32_t triangle) { triangles.push_back(triangle); });
     return hit;
+}
+
+void Tracer::seen_batch(std::span<const Ray> rays, SeenBatch& seen) const {
+    seen.hits.assign(rays.size(), {});
+    seen.triangles.clear();
+    seen.begin.assign(1, 0);
+    for (std::size_t done = 0; done < rays.size(); done += rays::kBatch) {
+        std::size_t count = std::min<std::size_t>(rays::kBatch, rays.size() - done);
+        see(rays.subspan(done, count), seen.hits.data() + done, [&](int place, std::uint32_t triangle) {
+            // begin[i + 1] is set when the list of ray i is over.
+            seen.begin.resize(done + static_cast<std::size_t>(place) + 1,
+                              static_cast<std::uint32_t>(seen.triangles.size()));
+            seen.triangles.push_back(triangle);
+        });
+        seen.begin.resize(done + count + 1, static_cast<std::uint32_t>(seen.triangles.size()));
+    }
 }
 
 Hit Tracer::nearest_surface(const Ray& ray, bool& back) const {
@@ -139,15 +192,15 @@ Hit Tracer::nearest_surface(const Ray& ray, bool& back) const {
     if (!tree_->prepared(ray, prepared))
         return {};
     Surface surface;
-    Hit hit;
-    tree_->kernel->surface(tree_->occluding.view(), prepared, hit, {Surface::add, &surface});
-    hit.triangle = kNoTriangle; // ties are decided by Surface::add
-    tree_->kernel->surface(tree_->open.view(), prepared, hit, {Surface::add, &surface});
+    double limit = std::numeric_limits<double>::infinity();
+    HitSink sink{Surface::add, &surface};
+    tree_->kernel->surface(tree_->occluding.view(), &prepared, 1, &limit, sink);
+    tree_->kernel->surface(tree_->open.view(), &prepared, 1, &limit, sink);
     if (!surface.best)
         return {};
     back = !surface.front && !surface.double_sided &&
            tree_->scene->object_of(surface.best.triangle).has(kOccludes);
-    surface.best.t = surface.best.t * prepared.unit;
+    surface.best.t *= prepared.unit;
     return surface.best;
 }
 

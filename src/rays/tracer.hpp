@@ -13,6 +13,15 @@
 
 namespace antumbra {
 
+/// What a batch of rays saw: for ray i, as Tracer::seen() gives them.
+struct SeenBatch {
+    std::vector<Hit> hits;
+    std::vector<std::uint32_t> triangles, begin; ///< of ray i: triangles[begin[i] .. begin[i + 1])
+    std::span<const std::uint32_t> of(std::size_t i) const {
+        return std::span(triangles).subspan(begin[i], begin[i + 1] - begin[i]);
+    }
+};
+
 /// Keeps a reference to the scene: the scene must outlive it. Immutable and thread-safe once built.
 class Tracer final : public FirstHitCaster {
   public:
@@ -30,6 +39,12 @@ class Tracer final : public FirstHitCaster {
     /// occluding hit, and every non-occluding drawn surface at or in front of it. Sorted by object, one
     /// triangle (the nearest, ties by index) per object. Returns the first occluding hit.
     Hit seen(const Ray& ray, std::vector<std::uint32_t>& triangles) const;
+
+    /// seen() for many rays, with the same answers. Rays that run alike should be neighbours: up to 16 of
+    /// them (with nearby origins, directions within about 7 degrees) share their way through the tree, which
+    /// makes pixels of a view several times as fast. So does first_hits(). No allocation once `seen` has
+    /// room.
+    void seen_batch(std::span<const Ray> rays, SeenBatch& seen) const;
 
     /// The nearest triangle of all, whatever its sides and flags: from inside solid matter it is a back face.
     /// `back` tells whether the ray met its back and the triangle is single-sided and occluding.
@@ -54,6 +69,8 @@ class Tracer final : public FirstHitCaster {
     friend class Arbiter;
     struct Tree;
     Tracer();
+    template <class List>
+    void see(std::span<const Ray> rays, Hit* hits, List&& list) const;
     static std::vector<std::uint32_t>& scratch(); ///< of the calling thread
     /// Occluding triangles whose slightly enlarged boxes the points p + t * direction, 0 <= t <= end, touch.
     void collect_near_ray(const Vec3d& p, const Vec3d& direction, double end,

@@ -58,34 +58,47 @@ struct Event {
     bool operator==(const Event&) const = default;
     bool operator<(const Event& b) const { return t != b.t ? t < b.t : triangle < b.triangle; }
 };
+/// What was reported for each ray of a batch.
 struct Record {
-    std::vector<Event> events;
+    std::vector<std::vector<Event>> events = std::vector<std::vector<Event>>(kBatch);
     HitSink sink() {
-        return {[](void* self, double t, std::uint32_t triangle, bool front, bool double_sided) {
-                    static_cast<Record*>(self)->events.push_back({t, triangle, front, double_sided});
+        return {[](void* self, int ray, double t, std::uint32_t triangle, bool front, bool double_sided) {
+                    static_cast<Record*>(self)->events[std::size_t(ray)].push_back(
+                        {t, triangle, front, double_sided});
                 },
                 this};
     }
-};
-
-/// Everything that a kernel can say about a ray.
-struct Answer {
-    Hit nearest, ties, surface;
-    std::vector<Event> all;
-    bool operator==(const Answer& b) const {
-        auto same = [](const Hit& x, const Hit& y) { return x.t == y.t && x.triangle == y.triangle; };
-        return same(nearest, b.nearest) && same(ties, b.ties) && same(surface, b.surface) && all == b.all;
+    /// Sorted; those beyond the limits are left out, for which is reported of them depends on the walk.
+    std::vector<std::vector<Event>> within(const double* limits) {
+        for (std::size_t i = 0; i < events.size(); ++i) {
+            std::erase_if(events[i], [&](const Event& event) { return event.t > limits[i]; });
+            std::sort(events[i].begin(), events[i].end());
+        }
+        return events;
     }
 };
-Answer ask(const Kernel& kernel, const TreeView& tree, const PreparedRay& ray) {
+
+/// Everything that a kernel can say about a batch of rays.
+struct Answer {
+    std::vector<std::vector<Event>> nearest, surface, all;
+    bool operator==(const Answer& b) const = default;
+    std::size_t hits() const {
+        return std::size_t(
+            std::count_if(nearest.begin(), nearest.end(), [](auto& events) { return !events.empty(); }));
+    }
+};
+Answer ask(const Kernel& kernel, const TreeView& tree, const std::vector<PreparedRay>& rays) {
     Answer answer;
-    Record ignored, record;
-    kernel.nearest(tree, ray, answer.nearest);
-    kernel.nearest_ties(tree, ray, answer.ties, ignored.sink());
-    kernel.surface(tree, ray, answer.surface, ignored.sink());
-    kernel.all(tree, ray, std::numeric_limits<double>::infinity(), record.sink());
-    answer.all = record.events;
-    std::sort(answer.all.begin(), answer.all.end());
+    double limits[kBatch];
+    auto call = [&](auto function) {
+        Record record;
+        std::fill(limits, limits + kBatch, std::numeric_limits<double>::infinity());
+        function(tree, rays.data(), int(rays.size()), limits, record.sink());
+        return record.within(limits);
+    };
+    answer.nearest = call(kernel.nearest);
+    answer.surface = call(kernel.surface);
+    answer.all = call(kernel.all);
     return answer;
 }
 
@@ -95,6 +108,25 @@ double size_of(const Scene& scene) {
         size = std::max({size, std::abs(double(scene.local_bounds().min[k])),
                          std::abs(double(scene.local_bounds().max[k]))});
     return size;
+}
+
+/// Prepared rays, some in bundles that may share a walk.
+std::vector<PreparedRay> awkward_batch(Random& random, const Scene& scene, std::uint32_t size) {
+    std::vector<PreparedRay> rays;
+    Ray ray;
+    for (int bundle = 0; rays.size() < kBatch; bundle = bundle > 0 ? bundle - 1 : int(random.below(24))) {
+        if (bundle == 0) {
+            ray = awkward_ray(random, scene, size);
+        } else {
+            ray.direction = ray.direction + soups::random_point(random, 0.02) * length(ray.direction);
+            if (random.below(2))
+                ray.origin = ray.origin + soups::random_point(random, 0.1);
+        }
+        PreparedRay prepared;
+        if (prepare(ray.origin, ray.direction, size_of(scene), prepared))
+            rays.push_back(prepared);
+    }
+    return rays;
 }
 
 /// All blocks in leaves whose boxes are everything: no pruning at all.
@@ -125,15 +157,12 @@ TEST(Kernel, instruction_sets_give_the_same_bits) {
         std::uint32_t size = s % 2 ? 6 : 1000;
         Scene scene = soups::grid_soup(random, size, 50 + std::uint32_t(s) * 20, true);
         TriangleTree tree = build_triangle_tree(scene, all_triangles(scene));
-        for (int i = 0; i < 500; ++i) {
-            Ray ray = awkward_ray(random, scene, size);
-            PreparedRay prepared;
-            if (!prepare(ray.origin, ray.direction, size_of(scene), prepared))
-                continue;
-            Answer expected = ask(scalar_kernel(), tree.view(), prepared);
-            hits += bool(expected.nearest);
+        for (int i = 0; i < 20; ++i) {
+            std::vector<PreparedRay> rays = awkward_batch(random, scene, size);
+            Answer expected = ask(scalar_kernel(), tree.view(), rays);
+            hits += expected.hits();
             for (const Kernel* kernel : all_kernels())
-                ASSERT_TRUE(ask(*kernel, tree.view(), prepared) == expected)
+                ASSERT_TRUE(ask(*kernel, tree.view(), rays) == expected)
                     << kernel->name << " scene " << s << " ray " << i;
         }
     }
@@ -211,18 +240,45 @@ TEST(Kernel, the_tree_never_changes_an_answer) {
             trees.push_back(build_triangle_tree(scene, all_triangles(scene), options));
         }
         TriangleTree flat = without_pruning(trees[0]);
-        for (int i = 0; i < 500; ++i) {
-            Ray ray = awkward_ray(random, scene, size);
-            PreparedRay prepared;
-            if (!prepare(ray.origin, ray.direction, size_of(scene), prepared))
-                continue;
-            Answer expected = ask(kernel, flat.view(), prepared);
-            hits += bool(expected.nearest);
+        for (int i = 0; i < 20; ++i) {
+            std::vector<PreparedRay> rays = awkward_batch(random, scene, size);
+            Answer expected = ask(kernel, flat.view(), rays);
+            hits += expected.hits();
             for (const TriangleTree& tree : trees)
-                ASSERT_TRUE(ask(kernel, tree.view(), prepared) == expected) << "scene " << s << " ray " << i;
+                ASSERT_TRUE(ask(kernel, tree.view(), rays) == expected) << "scene " << s << " ray " << i;
         }
     }
     EXPECT_GT(hits, 5000u);
+}
+
+// The same rays alone, in bundles and in any order: a batch is a matter of speed only.
+TEST(Kernel, a_batch_says_what_its_rays_say_alone) {
+    Random random(71);
+    Scene scene = soups::grid_soup(random, 1000, 2000, true);
+    TriangleTree tree = build_triangle_tree(scene, all_triangles(scene));
+    std::size_t hit_count = 0;
+    for (const Kernel* kernel : all_kernels()) {
+        std::vector<Ray> rays(5000);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            rays[i] = awkward_ray(random, scene, 1000);
+            if (i % 100 > 3) // mostly bundles
+                rays[i] = {rays[i - 1].origin, rays[i - 1].direction + soups::random_point(random, 1e-3) *
+                                                                           length(rays[i - 1].direction)};
+            if (i % 100 == 50)
+                rays[i].direction.x =
+                    std::numeric_limits<double>::quiet_NaN(); // hits nothing, spoils nothing
+        }
+        std::vector<Hit> hits(rays.size());
+        kernel->first_hits(tree.view(), size_of(scene), rays, hits);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            Hit alone;
+            kernel->first_hits(tree.view(), size_of(scene), {&rays[i], 1}, {&alone, 1});
+            ASSERT_EQ(hits[i].triangle, alone.triangle) << kernel->name << " " << i;
+            ASSERT_EQ(hits[i].t, alone.t) << kernel->name << " " << i;
+            hit_count += bool(alone);
+        }
+    }
+    EXPECT_GT(hit_count, 2000u);
 }
 
 TEST(Kernel, the_best_one_is_offered) {

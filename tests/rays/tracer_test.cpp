@@ -276,6 +276,40 @@ TEST(Tracer, seen_gives_one_triangle_per_object_the_nearest) {
     EXPECT_EQ(seen, std::vector<std::uint32_t>{0});
 }
 
+TEST(Tracer, a_batch_sees_what_its_rays_see_alone) {
+    Random random(61);
+    Scene scene = soups::small_soup(random, 10, 3000, 1, {}, true);
+    Tracer tracer = Tracer::build(scene);
+    std::vector<Ray> rays;
+    for (int bundle = 0; bundle < 60; ++bundle) {
+        Ray ray{soups::random_point(random, 12), soups::random_direction(random)};
+        for (std::uint32_t i = random.below(40); i > 0; --i)
+            rays.push_back({ray.origin, ray.direction + soups::random_point(random, 0.05)});
+        rays.push_back({ray.origin, {0, 0, 0}}); // sees nothing
+    }
+    SeenBatch batch;
+    for (std::size_t count :
+         {rays.size(), std::size_t(1), std::size_t(0), std::size_t(64), std::size_t(65)}) {
+        std::span<const Ray> part(rays.data(), count);
+        tracer.seen_batch(part, batch);
+        ASSERT_EQ(batch.hits.size(), count);
+        ASSERT_EQ(batch.begin.size(), count + 1);
+        std::size_t total = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            std::vector<std::uint32_t> seen;
+            Hit hit = tracer.seen(rays[i], seen);
+            ASSERT_EQ(hit.triangle, batch.hits[i].triangle) << i;
+            ASSERT_EQ(hit.t, batch.hits[i].t) << i;
+            ASSERT_EQ(seen, std::vector<std::uint32_t>(batch.of(i).begin(), batch.of(i).end())) << i;
+            total += seen.size();
+        }
+        ASSERT_EQ(total, batch.triangles.size());
+        if (count == rays.size()) {
+            EXPECT_GT(total, count / 4);
+        }
+    }
+}
+
 TEST(Tracer, nearest_surface_ignores_sides_and_tells_backs) {
     Soup soup;
     auto layer = [&](double z, std::uint32_t flags, bool turned) {
