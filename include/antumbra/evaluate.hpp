@@ -65,7 +65,7 @@ struct PathOptions {
     std::uint32_t frames = 120;
     std::uint64_t seed = 1;
     double eye_height = 0;    ///< above the floor, scene units; 0: guessed from the heights of the rooms
-    double step = 0;          ///< way from frame to frame, scene units; 0: half the eye height
+    double step = 0;          ///< way from frame to frame, scene units; 0: at most half the eye height
     double fov_y_deg = 60;
 };
 

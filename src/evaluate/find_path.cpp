@@ -17,6 +17,7 @@ constexpr std::uint32_t kFewestPlaces = 40; ///< less is no walk
 constexpr int kProbes = 24;                 ///< places per component that tell how enclosed it is
 constexpr int kCandidates = 24;             ///< goals that a leg chooses from
 constexpr double kAhead = 2.5;              ///< how far ahead the camera looks, in eye heights
+constexpr double kMostLengths = 4;          ///< of the scene, that a walk is long
 constexpr double kRoom = 0.12;              ///< radius kept free around the camera, in eye heights
 
 /// Share of level and rising directions in which something is to be seen: high in rooms and streets, low on roofs
@@ -279,7 +280,11 @@ Result<FoundPath> find_path(const Scene& scene, const PathOptions& options, cons
     std::uint32_t component = best_component(tracer, walkable);
     if (component == kNoPlace)
         return orbit(scene, options);
-    double step = options.step > 0 ? options.step : walkable.eye_height * 0.5;
+    // A small flat is walked slowly rather than many times over.
+    Vec3d size = to_double(scene.local_bounds()).size();
+    double step = options.step > 0
+                      ? options.step
+                      : std::min(walkable.eye_height * 0.5, kMostLengths * std::max(size.x, size.z) / options.frames);
     // Smoothing shortens a way: ask for more steps than that.
     double wanted = step * options.frames + walkable.eye_height * kAhead;
     auto steps = std::uint32_t(std::clamp(1.5 * wanted / walkable.spacing + 8, 8.0, 100'000.0));
