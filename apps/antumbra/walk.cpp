@@ -97,6 +97,7 @@ Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result
     document["truth_scale"] = result.truth_scale;
     document["truth_pixels"] = result.truth_pixels;
     document["renderer"] = result.renderer;
+    document["occluder_seconds"] = result.occluder_seconds;
     document["frames_in_matter"] = result.frames_in_matter;
     document["objects"] = scene.objects().size();
     document["triangles"] = scene.triangles().size();
@@ -239,6 +240,7 @@ void add_walk(CLI::App& app) {
         known += (known.empty() ? "" : ", ") + std::string(name);
     command.add_option("--cull", arguments->cull,
                        "Methods, by commas, or all [none,frustum and, with --pvs, pvs]. Known: " + known);
+    command.add_option("--occluders", options.occluders, "Occluders per frame, for methods that choose some [theirs]");
     command.add_option("--repeat", options.repeat, "Times that the walk is timed")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

@@ -86,7 +86,8 @@ struct WalkOptions {
     std::uint32_t width = 640, height = 360;
     std::uint32_t repeat = 3;      ///< times that the whole walk is timed
     std::uint32_t truth_scale = 1; ///< the item buffer has that many times the picture's width and height, 1..8
-    const Pvs* pvs = nullptr;      ///< for the method `pvs`; must belong to the scene
+    const Pvs* pvs = nullptr;      ///< for the methods that ask a baked file; must belong to the scene
+    std::uint32_t occluders = 0;   ///< per frame, for the methods that choose some; 0: their default
     bool draw = true;              ///< measure drawing, if there is an OpenGL
     std::uint64_t snapshot_bytes = 2'000'000; ///< upper bound of what WalkResult::snapshots holds
 };
@@ -130,6 +131,7 @@ struct WalkMethod {
 /// What was seen and what was reported at one frame, as bit sets over objects.
 struct WalkSnapshot {
     std::uint32_t frame = 0;
+    std::string why; ///< of a notable frame: what makes it worth a look
     std::vector<std::uint64_t> seen;
     std::vector<std::vector<std::uint64_t>> reported; ///< as WalkResult::methods
 };
@@ -139,11 +141,13 @@ struct WalkResult {
     std::vector<WalkMethod> methods;
     std::vector<WalkFrame> frames;
     std::vector<WalkSnapshot> snapshots; ///< evenly spread over the frames, as many as the bound allows
+    std::vector<WalkSnapshot> notable; ///< at most three frames: most culled, most pixels lost, most triangles seen
     double objects_true = 0, triangles_true = 0;             ///< means per frame
     double empty_ms_median = -1, ceiling_ms_median = -1;
     double ceiling_speedup = -1; ///< of the ceiling over `frustum`, culling for free
     std::uint64_t truth_pixels = 0;
     std::uint32_t frames_in_matter = 0;
+    double occluder_seconds = 0;         ///< finding the scene's occluders, once before the walk
     std::string renderer;   ///< of the draw times; empty: nothing was drawn
     std::vector<std::string> notes; ///< what the reader of the numbers should know
 };

@@ -6,7 +6,8 @@
 
 namespace antumbra {
 
-inline CullScene cull_scene_of(const Scene& scene) {
+/// Reads `occluders` only during the call.
+inline CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags;
     for (const Object& object : scene.objects()) {
@@ -17,6 +18,7 @@ inline CullScene cull_scene_of(const Scene& scene) {
     input.bounds = bounds;
     input.flags = flags;
     input.origin = scene.origin();
+    input.occluders = &occluders;
     return CullScene::create(input);
 }
 

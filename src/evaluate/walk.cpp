@@ -5,7 +5,10 @@
 #include "evaluate/item_buffer.hpp"
 #include "evaluate/metrics.hpp"
 
+#include <antumbra/occluder_finding.hpp>
+
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 
@@ -43,6 +46,8 @@ Result<std::vector<Method>> make_methods(const CullScene& scene, const WalkOptio
     for (const std::string& name : names) {
         CullerOptions culler_options;
         culler_options.pvs = options.pvs;
+        if (options.occluders > 0)
+            culler_options.occluders = options.occluders;
         Result<std::unique_ptr<Culler>> culler = make_culler(name, scene, culler_options);
         if (!culler)
             return culler.status();
@@ -101,6 +106,7 @@ class Walk {
         for (std::size_t f = 0; f < path_.size(); ++f)
             take_fastest(f);
         summarise(result_);
+        take_notable();
         add_notes();
         return std::move(result_);
     }
@@ -155,9 +161,9 @@ class Walk {
             frame.objects_in_frustum = methods_[frustum_].result.visible_count;
             for (Method& method : methods_)
                 frame.methods.push_back(judge_method(arbiter, buffer, seen, method));
+            result_.frames.push_back(std::move(frame));
             keep_snapshot(f, seen);
             seen_.push_back(std::move(seen));
-            result_.frames.push_back(std::move(frame));
             if (job_.progress)
                 job_.progress({"truth", f + 1, path_.size(), "frames"});
         }
@@ -184,14 +190,46 @@ class Walk {
     }
 
     void keep_snapshot(std::size_t f, const Bits& seen) {
-        if (f % snapshot_stride_)
-            return;
-        WalkSnapshot snapshot;
-        snapshot.frame = std::uint32_t(f);
-        snapshot.seen = seen;
+        if (f % snapshot_stride_ == 0)
+            result_.snapshots.push_back(snapshot(f, seen, ""));
+        const WalkFrame& frame = result_.frames[f];
+        std::uint64_t culled = 0, lost = 0;
+        for (const WalkSample& sample : frame.methods) {
+            culled = std::max<std::uint64_t>(culled, sample.culled_of_frustum);
+            lost = std::max(lost, sample.false_invisible_pixels);
+        }
+        const std::uint64_t values[3] = {culled, lost, frame.triangles_true};
+        static const char* const reasons[3] = {"most culled", "most pixels lost", "most triangles seen"};
+        for (std::size_t k = 0; k < 3; ++k)
+            if (values[k] > most_[k]) {
+                most_[k] = values[k];
+                best_[k] = snapshot(f, seen, reasons[k]);
+            }
+    }
+
+    WalkSnapshot snapshot(std::size_t f, const Bits& seen, const char* why) const {
+        WalkSnapshot made{std::uint32_t(f), why, seen, {}};
         for (const Method& method : methods_)
-            snapshot.reported.push_back(method.result.visible);
-        result_.snapshots.push_back(std::move(snapshot));
+            made.reported.push_back(method.result.visible);
+        return made;
+    }
+
+    /// One entry per frame, even if it stands out twice; the first frame if none does.
+    void take_notable() {
+        for (WalkSnapshot& best : best_) {
+            if (best.why.empty())
+                continue;
+            auto same = std::find_if(result_.notable.begin(), result_.notable.end(),
+                                     [&](const WalkSnapshot& other) { return other.frame == best.frame; });
+            if (same == result_.notable.end())
+                result_.notable.push_back(std::move(best));
+            else
+                same->why += ", " + best.why;
+        }
+        if (result_.notable.empty()) {
+            result_.notable.push_back(result_.snapshots.front());
+            result_.notable.front().why = "first";
+        }
     }
 
     Status time_all() {
@@ -276,6 +314,8 @@ class Walk {
     std::vector<Method> methods_;
     std::size_t frustum_ = 0, snapshot_stride_ = 1;
     std::vector<Bits> seen_;
+    std::array<std::uint64_t, 3> most_{};
+    std::array<WalkSnapshot, 3> best_;
     std::vector<Timing> timings_;
     WalkResult result_;
 };
@@ -285,11 +325,16 @@ class Walk {
 Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const WalkOptions& options, const Job& job) {
     if (Status status = check(scene, path, options); !status)
         return status;
-    CullScene cull_scene = cull_scene_of(scene);
+    auto start = std::chrono::steady_clock::now();
+    CullScene cull_scene = cull_scene_of(scene, find_occluders(scene));
+    double occluder_seconds = milliseconds_since(start) * 1e-3;
     Result<std::vector<Method>> methods = make_methods(cull_scene, options);
     if (!methods)
         return methods.status();
-    return Walk(scene, path, options, job, std::move(*methods)).run();
+    Result<WalkResult> result = Walk(scene, path, options, job, std::move(*methods)).run();
+    if (result)
+        result->occluder_seconds = occluder_seconds;
+    return result;
 }
 
 } // namespace antumbra

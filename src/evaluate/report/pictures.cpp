@@ -1,6 +1,5 @@
 #include "evaluate/report/pictures.hpp"
 
-#include "evaluate/cull_scene.hpp"
 #include "evaluate/item_buffer.hpp"
 
 #include <algorithm>
@@ -10,52 +9,6 @@ namespace {
 
 constexpr std::uint8_t kMagenta[3] = {230, 0, 200};
 constexpr std::uint8_t kSky[3] = {209, 222, 235};
-
-struct Chosen {
-    std::uint32_t frame = 0;
-    std::string why;
-};
-
-template <class Value>
-std::uint32_t frame_of_most(const WalkResult& result, Value&& value) {
-    std::uint32_t best = 0;
-    for (std::uint32_t f = 1; f < result.frames.size(); ++f)
-        if (value(result.frames[f]) > value(result.frames[best]))
-            best = f;
-    return best;
-}
-
-std::vector<Chosen> choose_frames(const WalkResult& result) {
-    std::vector<Chosen> chosen;
-    auto add = [&](std::uint32_t frame, const char* why) {
-        for (Chosen& one : chosen)
-            if (one.frame == frame) {
-                one.why += std::string(", ") + why;
-                return;
-            }
-        chosen.push_back({frame, why});
-    };
-    auto lost = [](const WalkFrame& frame) {
-        std::uint64_t most = 0;
-        for (const WalkSample& sample : frame.methods)
-            most = std::max(most, sample.false_invisible_pixels);
-        return most;
-    };
-    add(frame_of_most(result,
-                      [](const WalkFrame& f) {
-                          double most = 0;
-                          for (const WalkSample& sample : f.methods)
-                              most = std::max(most, f.objects_in_frustum > 0 ? double(sample.culled_of_frustum) : 0);
-                          return most;
-                      }),
-        "most culled");
-    std::uint32_t worst = frame_of_most(result, lost);
-    if (lost(result.frames[worst]) > 0)
-        add(worst, "most pixels lost");
-    add(frame_of_most(result, [](const WalkFrame& f) { return f.ceiling_ms < 0 ? double(f.objects_true) : f.ceiling_ms; }),
-        "most to draw");
-    return chosen;
-}
 
 /// The picture without culling, greyed, with the pixels that differ in magenta.
 Image paint_difference(const Image& off, const Image& on, std::uint64_t& differing) {
@@ -114,19 +67,17 @@ Image shade(const Scene& scene, const ItemBuffer& buffer, const std::vector<std:
 
 } // namespace
 
-std::vector<FramePictures> make_pictures(const Tracer& tracer, const WalkResult& result, const Pvs* pvs,
-                                         const Job& job) {
+std::vector<FramePictures> make_pictures(const Tracer& tracer, const WalkResult& result, const Job& job) {
     const Scene& scene = tracer.scene();
-    CullScene cull_scene = cull_scene_of(scene);
     std::unique_ptr<Drawing> drawing;
     if (!result.renderer.empty())
         if (auto made = Drawing::create(scene, result.width, result.height))
             drawing = std::move(*made);
     std::vector<std::uint64_t> all((scene.objects().size() + 63) / 64, ~std::uint64_t(0));
     std::vector<FramePictures> pictures;
-    for (const Chosen& chosen : choose_frames(result)) {
-        const View& view = result.frames[chosen.frame].view;
-        FramePictures picture{chosen.frame, chosen.why, {}, {}};
+    for (const WalkSnapshot& snapshot : result.notable) {
+        const View& view = result.frames[snapshot.frame].view;
+        FramePictures picture{snapshot.frame, snapshot.why, {}, {}};
         std::optional<ItemBuffer> buffer;
         if (drawing) {
             drawing->draw(view, all);
@@ -135,19 +86,11 @@ std::vector<FramePictures> make_pictures(const Tracer& tracer, const WalkResult&
             buffer = ItemBuffer::render(tracer, PixelRays::of_view(view, result.width, result.height), {}, job);
             picture.off = shade(scene, *buffer, nullptr);
         }
-        for (const WalkMethod& method : result.methods) {
-            CullerOptions options;
-            options.pvs = pvs;
-            auto culler = make_culler(method.name, cull_scene, options);
-            if (!culler)
-                continue;
-            ViewState state;
-            CullResult reported;
-            (*culler)->cull(view, state, reported);
+        for (const auto& reported : snapshot.reported) {
             if (drawing)
-                drawing->draw(view, reported.visible);
+                drawing->draw(view, reported);
             picture.methods.push_back(
-                compare(picture.off, drawing ? drawing->read_back() : shade(scene, *buffer, &reported.visible)));
+                compare(picture.off, drawing ? drawing->read_back() : shade(scene, *buffer, &reported)));
         }
         pictures.push_back(std::move(picture));
     }

@@ -25,9 +25,8 @@ struct FramePictures {
     std::vector<MethodPicture> methods; ///< as WalkResult::methods
 };
 
-/// At most three frames: where most is culled, where most pixels are lost, the slowest. Drawn with OpenGL, or, where
-/// there is none, shaded from rays (then what a method loses is painted, not drawn).
-std::vector<FramePictures> make_pictures(const Tracer& tracer, const WalkResult& result, const Pvs* pvs,
-                                         const Job& job);
+/// The notable frames of a walk, drawn with OpenGL, or, where there is none, shaded from rays (then what a method loses
+/// is painted, not drawn).
+std::vector<FramePictures> make_pictures(const Tracer& tracer, const WalkResult& result, const Job& job);
 
 } // namespace antumbra

@@ -229,7 +229,7 @@ Result<std::string> make_report(const Scene& scene, const Pvs* pvs, const WalkRe
     Job inner = job;
     inner.progress = nullptr;
     Plans plans = make_plans(tracer, result, std::clamp(options.plan_pixels, 16u, 4096u), inner);
-    std::vector<FramePictures> pictures = make_pictures(tracer, result, pvs, inner);
+    std::vector<FramePictures> pictures = make_pictures(tracer, result, inner);
     if (job.cancelled())
         return Status(ErrorCode::cancelled, "stopped while making the report");
     Json data;
