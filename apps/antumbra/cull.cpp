@@ -15,7 +15,8 @@ struct CullArguments {
     SceneArguments scene;
     std::string method = "frustum", pvs, eye, direction = "0,0,-1", up = "0,1,0";
     View view;
-    bool orthographic = false;
+    bool orthographic = false, published = false;
+    CullerOptions options;
 };
 
 Status place_view(const CullArguments& arguments, const Scene& scene, View& view) {
@@ -54,6 +55,12 @@ void print_result(const CullArguments& arguments, const Scene& scene, const Cull
         {"boxes_tested", result.counters.boxes_tested},
         {"outside_frustum", result.counters.outside_frustum},
         {"hidden_by_pvs", result.counters.hidden_by_pvs},
+        {"occluders_used", result.counters.occluders_used},
+        {"shadow_tests", result.counters.shadow_tests},
+        {"relations_cached", result.counters.relations_cached},
+        {"relations_made", result.counters.relations_made},
+        {"hidden_by_last", result.counters.hidden_by_last},
+        {"hidden_by_planes", result.counters.hidden_by_planes},
         {"hidden_by_raster", result.counters.hidden_by_raster},
         {"patches_drawn", result.counters.patches_drawn},
         {"polygons_drawn", result.counters.polygons_drawn},
@@ -90,7 +97,8 @@ int run_cull(const CullArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    CullerOptions options;
+    CullerOptions options = arguments.options;
+    options.planes_form = arguments.published ? PlanesForm::published : PlanesForm::modern;
     std::optional<MappedFile> file;
     std::optional<Pvs> pvs;
     if (!arguments.pvs.empty()) {
@@ -141,6 +149,10 @@ void add_cull(CLI::App& app) {
     command.add_option("--far", arguments->view.far_plane, "Far plane");
     command.add_flag("--orthographic", arguments->orthographic, "Parallel projection");
     command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
+    command.add_option("--occluders", arguments->options.occluders, "planes: occluders at most")->capture_default_str();
+    command.add_flag("--published", arguments->published, "planes: as published in 1997");
+    command.add_option("--raster-width", arguments->options.raster_width, "hzb, masked: pixels across")->capture_default_str();
+    command.add_option("--polygons", arguments->options.polygon_budget, "hzb, masked: polygons drawn at most")->capture_default_str();
     add_common(command, arguments->common, "antumbra cull city.glb --method frustum --eye 0,1.7,0 --dir 1,0,0",
                [arguments] { return run_cull(*arguments); });
 }

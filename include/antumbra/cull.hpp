@@ -81,6 +81,8 @@ struct CullCounters {
     std::uint64_t hidden_by_pvs = 0;      ///< objects that the baked cell does not see
     std::uint64_t occluders_used = 0;     ///< shadows that were cast
     std::uint64_t shadow_tests = 0;       ///< (occluder, eight boxes) pairs
+    std::uint64_t relations_cached = 0;   ///< published form: relations whose planes were there already
+    std::uint64_t relations_made = 0;     ///< published form: relations whose planes had to be formed
     std::uint64_t hidden_by_last = 0;     ///< boxes hidden by the occluder that hid them last time
     std::uint64_t hidden_by_planes = 0;   ///< boxes (of nodes and objects) in the shadow of some other occluder
     std::uint64_t hidden_by_raster = 0;   ///< boxes (of nodes and objects) behind the rasterised depth
@@ -138,10 +140,16 @@ class Culler {
     virtual void cull(const View& view, ViewState& state, CullResult& result) const = 0;
 };
 
+/// How `planes` works: the same theory, once for today's processors and once as Coorg and Teller published it
+/// (relations of one occluder and one box, tangent look-up, joined occluders, cached planes, occluder sets per leaf
+/// and direction).
+enum class PlanesForm : std::uint8_t { modern, published };
+
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
     /// `planes`: occluders per frame, 0..64.
     std::uint32_t occluders = 64;
+    PlanesForm planes_form = PlanesForm::modern;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
     int raster_width = 512;
     /// `hzb`, `masked`: polygons drawn per frame at most.

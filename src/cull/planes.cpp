@@ -39,17 +39,11 @@ struct State final : ViewState::Storage {
     std::vector<Entry> stack;
 };
 
-double extent_of(const Box3f& box) {
-    if (box.empty())
-        return 1;
-    return length(to_double(box.max) - to_double(box.min)) + std::max(length(to_double(box.min)), length(to_double(box.max)));
-}
-
 class Planes final : public Culler {
   public:
     Planes(const CullScene& scene, const CullerOptions& options, BoxKernel boxes, ShadowKernel shadows)
         : scene_(scene), occluders_(options.occluders), box_kernel_(boxes), shadow_kernel_(shadows),
-          extent_(extent_of(scene.data().tree_box)), serial_(new_culler_serial()) {}
+          serial_(new_culler_serial()) {}
     std::string_view name() const override { return "planes"; }
     Guarantee guarantee() const override { return Guarantee::conservative; }
 
@@ -146,8 +140,7 @@ class Planes final : public Culler {
         state.slot_group.clear();
         Box3d start = near_box(camera);
         start.extend(camera.eye);
-        double smallest = 1e-7 * (extent_ + length(camera.eye));
-        double near_depth = camera.orthographic ? camera.near_plane : std::max(camera.near_plane, smallest);
+        SightStart sight = sight_start(camera, scene.tree_box);
         for (const Candidate& candidate : state.candidates) {
             if (state.shadows.size() >= occluders_)
                 break;
@@ -157,7 +150,7 @@ class Planes final : public Culler {
             if (first.synthetic && to_double(scene.occluders.solids[first.solid].shell).overlaps(start))
                 continue;
             state.shadows.emplace_back();
-            if (!cast_shadow(scene.occluders, members, camera, near_depth, scene.tree_box, state.shadows.back())) {
+            if (!cast_shadow(scene.occluders, members, sight, state.shadows.back())) {
                 state.shadows.pop_back();
                 continue;
             }
@@ -237,13 +230,14 @@ class Planes final : public Culler {
     std::uint32_t occluders_;
     BoxKernel box_kernel_;
     ShadowKernel shadow_kernel_;
-    double extent_;
     std::uint64_t serial_;
 };
 
 } // namespace
 
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options) {
+    if (options.planes_form == PlanesForm::published)
+        return CullerPointer(make_published_planes(scene, options));
     if (options.occluders > kMostOccluders)
         return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than planes takes; use at most 64");
     BoxKernel boxes = box_kernel(options.instruction_set);

@@ -37,20 +37,6 @@ bool add_plane(Shadow& shadow, const Vec3d& normal, const Vec3d& point, const Bo
     return true;
 }
 
-/// 1: certainly shows its front, -1: certainly its back and blocks there too, 0: neither.
-int facing(const OccluderPolygon& polygon, const Camera& camera) {
-    double towards, scale = 1;
-    if (camera.orthographic) {
-        towards = -dot(polygon.normal, camera.forward);
-    } else {
-        towards = dot(polygon.normal, camera.eye) + polygon.offset;
-        scale = std::abs(camera.eye.x) + std::abs(camera.eye.y) + std::abs(camera.eye.z) + std::abs(polygon.offset);
-    }
-    if (towards > 1e-9 * scale)
-        return 1;
-    return polygon.double_sided && towards < -1e-9 * scale ? -1 : 0;
-}
-
 bool reaches_beyond(const OccluderSet& set, const OccluderPolygon& polygon, const Camera& camera, double depth) {
     for (std::uint32_t v : set.loop(polygon))
         if (dot(to_double(set.vertices[v]) - camera.eye, camera.forward) > depth)
@@ -77,9 +63,51 @@ int clip_near(Corner* corners, int count, const Camera& camera, double near_dept
 
 } // namespace
 
-bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members, const Camera& camera,
-                 double near_depth, const Box3f& domain, Shadow& shadow) {
+int facing(const OccluderPolygon& polygon, const Camera& camera) {
+    double towards, scale = 1;
+    if (camera.orthographic) {
+        towards = -dot(polygon.normal, camera.forward);
+    } else {
+        towards = dot(polygon.normal, camera.eye) + polygon.offset;
+        scale = std::abs(camera.eye.x) + std::abs(camera.eye.y) + std::abs(camera.eye.z) + std::abs(polygon.offset);
+    }
+    if (towards > 1e-9 * scale)
+        return 1;
+    return polygon.double_sided && towards < -1e-9 * scale ? -1 : 0;
+}
+
+SightStart sight_start(const Camera& camera, const Box3f& domain) {
+    SightStart start;
+    start.camera = camera;
+    start.domain = domain;
+    double size = domain.empty() ? 1 : length(to_double(domain.max) - to_double(domain.min));
+    double smallest = 1e-7 * (size + length(camera.eye));
+    start.near_depth = camera.orthographic ? camera.near_plane : std::max(camera.near_plane, smallest);
+    double reach = camera.orthographic ? 1 : start.near_depth;
+    Vec3d middle = camera.eye + camera.forward * start.near_depth;
+    for (int i = 0; i < 4; ++i)
+        start.corners[i] = middle + camera.right * ((i & 1 ? reach : -reach) * camera.half_width) +
+                           camera.up * ((i & 2 ? reach : -reach) * camera.half_height);
+    start.corners[4] = camera.orthographic ? start.corners[0] : camera.eye;
+    return start;
+}
+
+bool is_beyond_near(const OccluderPolygon& polygon, int side, const SightStart& start) {
+    for (const Vec3d& corner : start.corners) {
+        double scale = std::abs(corner.x) + std::abs(corner.y) + std::abs(corner.z) + std::abs(polygon.offset);
+        if (!((dot(polygon.normal, corner) + polygon.offset) * side > 1e-9 * scale))
+            return false;
+    }
+    return true;
+}
+
+bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members, const SightStart& start,
+                 Shadow& shadow) {
+    const Camera& camera = start.camera;
+    const Box3f& domain = start.domain;
+    const double near_depth = start.near_depth;
     int sides[16];
+    bool whole[16]; // needs no clipping
     auto count = std::min<std::size_t>(members.size(), std::size(sides));
     double domain_reach = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -88,7 +116,8 @@ bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members,
     double tolerance = 1e-9 * (reach + domain_reach + std::abs(near_depth));
     for (std::size_t m = 0; m < count; ++m) {
         sides[m] = facing(set.polygons[members[m]], camera);
-        if (sides[m] != 0 && !reaches_beyond(set, set.polygons[members[m]], camera, near_depth + tolerance))
+        whole[m] = sides[m] != 0 && is_beyond_near(set.polygons[members[m]], sides[m], start);
+        if (sides[m] != 0 && !whole[m] && !reaches_beyond(set, set.polygons[members[m]], camera, near_depth + tolerance))
             sides[m] = 0; // not drawn at all
     }
     auto side_of = [&](std::uint32_t polygon) {
@@ -114,13 +143,14 @@ bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members,
             bool silhouette = other == 0 || (other == sides[m]) == ((neighbour & kSameDirection) != 0);
             loop[i] = {to_double(set.vertices[set.loops[polygon.first + static_cast<std::uint32_t>(from)]]), silhouette};
         }
-        int kept = clip_near(loop, corners, camera, near_depth, tolerance, clipped);
+        int kept = whole[m] ? corners : clip_near(loop, corners, camera, near_depth, tolerance, clipped);
         if (kept < 3)
             return false;
+        const Corner* drawn = whole[m] ? loop : clipped;
         for (int i = 0; i < kept; ++i) {
-            if (!clipped[i].silhouette)
+            if (!drawn[i].silhouette)
                 continue;
-            Vec3d a = clipped[i].p, b = clipped[i + 1 == kept ? 0 : i + 1].p;
+            Vec3d a = drawn[i].p, b = drawn[i + 1 == kept ? 0 : i + 1].p;
             Vec3d sight = camera.orthographic ? camera.forward : a - camera.eye;
             Vec3d inward = cross(b - a, sight);
             // The line of sight is known to about 1e-15 of the coordinates; seen from `distance` away that turns

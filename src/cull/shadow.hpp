@@ -26,10 +26,26 @@ struct Shadow {
     float certainly[kMostShadowPlanes], possibly[kMostShadowPlanes];
 };
 
-/// The shadow of the members that face the viewer, clipped at `near_depth`. False if there is none, or if it would
-/// take too many planes. `shown` gets the number of members that took part.
-bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members, const Camera& camera,
-                 double near_depth, const Box3f& domain, Shadow& shadow);
+/// Where lines of sight start, in all that shadows need of it.
+struct SightStart {
+    Camera camera;
+    double near_depth = 0;   ///< the near plane, or just above zero
+    Vec3d corners[5];        ///< of the near rectangle, and the eye (in orthographic views the first corner again)
+    Box3f domain;            ///< around all boxes that will be tested
+};
+SightStart sight_start(const Camera& camera, const Box3f& domain);
+
+/// The shadow of the members that face the viewer. Members that may reach in front of the near plane within the
+/// picture are clipped there. False if there is no shadow, or if it would take too many planes.
+bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members, const SightStart& start,
+                 Shadow& shadow);
+
+/// Does everything between the viewer and the near plane lie certainly in front of the polygon (its front for side 1,
+/// its back for -1)? Then no part of the polygon that a line of sight meets is left undrawn.
+bool is_beyond_near(const OccluderPolygon& polygon, int side, const SightStart& start);
+
+/// 1: the polygon certainly shows its front, -1: certainly its back and blocks there too, 0: neither.
+int facing(const OccluderPolygon& polygon, const Camera& camera);
 
 struct ShadowVerdicts {
     std::uint32_t hidden = 0;  ///< bit per box: certainly inside the shadow

@@ -6,7 +6,7 @@ namespace {
 using test::ProofCounts;
 using test::Stage;
 
-const char* const kMethods[] = {"hzb", "masked", "planes"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published"};
 
 /// Frames per scene and method; a longer search with the environment variable.
 int frames() {
@@ -15,6 +15,10 @@ int frames() {
 }
 
 std::unique_ptr<Culler> make(const char* name, const Stage& stage, CullerOptions options = {}) {
+    if (std::string_view(name) == "planes-published") {
+        name = "planes";
+        options.planes_form = PlanesForm::published;
+    }
     auto culler = make_culler(name, stage.cull_scene, options);
     EXPECT_TRUE(culler.ok()) << culler.status().message();
     return std::move(culler).value();
