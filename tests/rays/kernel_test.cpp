@@ -251,6 +251,62 @@ TEST(Kernel, the_tree_never_changes_an_answer) {
     EXPECT_GT(hits, 5000u);
 }
 
+/// Triangles in the plane 3x + 5y + 7z = 0.
+Vec3d point_of_plane(Random& random, int size) {
+    double i = std::floor(random.uniform(-size, size)), j = std::floor(random.uniform(-size, size));
+    return Vec3d{5, -3, 0} * i + Vec3d{0, 7, -5} * j;
+}
+
+// Rays within the plane of the triangles: all edge functions are noise, and the sum of noises may look like a
+// hit anywhere. No such hit may lie outside of the triangle's box, nor depend on the tree.
+TEST(Kernel, rays_in_the_plane_of_triangles_hit_them_in_their_boxes_or_not_at_all) {
+    const Kernel& kernel = *all_kernels().back();
+    std::size_t hits = 0;
+    for (int s = 0; s < 60; ++s) {
+        Random random(83, std::uint64_t(s));
+        int size = 100000;
+        soups::Soup soup;
+        while (soup.size() < 60) {
+            Vec3d a = point_of_plane(random, size);
+            soup.add(a, a + point_of_plane(random, 1000), a + point_of_plane(random, 1000));
+        }
+        Scene scene = soup.scene();
+        BvhOptions small;
+        small.leaf_size = 1;
+        TriangleTree tree = build_triangle_tree(scene, all_triangles(scene), small);
+        TriangleTree flat = without_pruning(tree);
+        for (int i = 0; i < 60; ++i) {
+            std::vector<PreparedRay> rays;
+            std::vector<Ray> sources;
+            for (int r = 0; r < kBatch; ++r) {
+                // Past a triangle, through its box if it comes near.
+                Vec3d from = scene.to_local(point_of_plane(random, size) * random.uniform());
+                Vec3d to = scene.vertex(random.below(std::uint32_t(scene.triangles().size())), 0) +
+                           point_of_plane(random, 1000) * random.uniform();
+                Ray ray{from, to - from};
+                PreparedRay prepared;
+                ASSERT_TRUE(prepare(ray.origin, ray.direction, size_of(scene), prepared));
+                rays.push_back(prepared);
+                sources.push_back(ray);
+            }
+            Answer expected = ask(kernel, flat.view(), rays);
+            ASSERT_TRUE(ask(kernel, tree.view(), rays) == expected) << "scene " << s << " batch " << i;
+            for (std::size_t r = 0; r < rays.size(); ++r)
+                for (const Event& event : expected.all[r]) {
+                    ++hits;
+                    Vec3d at = sources[r].origin + sources[r].direction * (event.t * rays[r].unit);
+                    for (int k = 0; k < 3; ++k) {
+                        double a = scene.vertex(event.triangle, 0)[k], b = scene.vertex(event.triangle, 1)[k],
+                               c = scene.vertex(event.triangle, 2)[k];
+                        ASSERT_GE(at[k], std::min({a, b, c}) - 2 * rays[r].margin);
+                        ASSERT_LE(at[k], std::max({a, b, c}) + 2 * rays[r].margin);
+                    }
+                }
+        }
+    }
+    EXPECT_GT(hits, 1000u); // the noise does make hits
+}
+
 // The same rays alone, in bundles and in any order: a batch is a matter of speed only.
 TEST(Kernel, a_batch_says_what_its_rays_say_alone) {
     Random random(71);
