@@ -26,12 +26,13 @@ ItemBuffer ItemBuffer::render(const Tracer& tracer, const PixelRays& rays, const
     };
     std::vector<Row> rows(rays.height());
     parallel_for(rays.height(), job, [&](std::size_t y, unsigned) {
-        Row& row = rows[y];
-        row.end.reserve(rays.width());
-        for (std::uint32_t x = 0; x < rays.width(); ++x) {
-            tracer.seen(ray_of(rays, options, x, std::uint32_t(y)), row.triangles);
-            row.end.push_back(std::uint32_t(row.triangles.size()));
-        }
+        thread_local SeenBatch seen;
+        std::vector<Ray> batch(rays.width()); // neighbours in a row share their way through the tree
+        for (std::uint32_t x = 0; x < rays.width(); ++x)
+            batch[x] = ray_of(rays, options, x, std::uint32_t(y));
+        tracer.seen_batch(batch, seen);
+        rows[y].triangles = seen.triangles;
+        rows[y].end.assign(seen.begin.begin() + 1, seen.begin.end());
     });
     ItemBuffer buffer(rays, options);
     buffer.begin_.assign(1, 0);
