@@ -33,7 +33,7 @@ struct VerifyOptions {
 /// An object that was seen from a viewpoint and is not in the answer for it.
 struct FalseInvisible {
     Vec3d eye;
-    std::int64_t cell = -1;
+    std::int64_t cell = -1; ///< as PvsCursor::cell
     std::uint32_t object = 0;
     std::uint64_t pixels = 0; ///< confirmed ones
 };
@@ -54,7 +54,8 @@ struct VerifyResult {
     std::vector<FalseInvisible> worst; ///< most pixels first
 };
 
-/// Random viewpoints, uniform over the baked cells, each with a full panorama. Needs check_belongs(). The result is
+/// Random viewpoints, uniform over the baked cells, each with a full panorama; a view tree is asked face by face, so
+/// that what it knows about directions is verified too. Refuses what check_belongs() refuses. The result is
 /// a function of the arguments alone. ErrorCode::usage if no baked cell holds a viewpoint.
 Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOptions& options = {},
                             const Job& job = {});

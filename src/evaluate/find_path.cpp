@@ -132,7 +132,7 @@ std::vector<std::uint32_t> make_tour(const Tracer& tracer, const Walkable& walka
         double best = -1;
         for (int k = 0; k < kCandidates; ++k) {
             std::uint32_t other = pick();
-            double length = std::min<double>(ways.length[other], steps / 2.0 + 8);
+            double length = std::min<double>(ways.length[other], steps / 5.0 + 8);
             double worth = length / (1 + visits[other]) * appeal(other);
             if (worth > best) {
                 best = worth;

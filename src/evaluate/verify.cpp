@@ -14,37 +14,37 @@ namespace antumbra {
 namespace {
 
 /// How often a viewpoint is drawn before the search counts as hopeless.
-constexpr std::uint32_t kMostDraws = 256;
+constexpr std::uint32_t kMostDraws = 4096;
 
 struct Viewpoint {
     Vec3d world, local;
-    std::int64_t cell = -1;
 };
 
+/// Draws viewpoints from the free space of what is baked: a grid cell by cell, a view tree from its whole box.
 class ViewpointSource {
   public:
-    ViewpointSource(const Scene& scene, const Tracer& tracer, const Pvs& pvs, std::uint64_t seed)
-        : scene_(scene), tracer_(tracer), pvs_(pvs), seed_(seed) {
-        for (std::uint64_t cell = 0; cell < pvs.grid().cells(); ++cell)
-            if (pvs.cell_row(cell) < pvs.row_count())
-                baked_.push_back(cell);
+    ViewpointSource(const Tracer& tracer, const Pvs& pvs, std::uint64_t seed)
+        : tracer_(tracer), pvs_(pvs), seed_(seed) {
+        if (pvs.tree().nodes.empty())
+            for (std::uint64_t cell = 0; cell < pvs.grid().cells(); ++cell)
+                if (pvs.cell_row(cell) < pvs.row_count())
+                    baked_.push_back(cell);
     }
 
-    bool empty() const { return baked_.empty(); }
+    bool empty() const { return pvs_.tree().nodes.empty() && baked_.empty(); }
 
-    /// Uniform over the free space of the baked cells; nothing if only matter was met.
-    std::optional<Viewpoint> draw(std::uint32_t sample, std::uint64_t& in_matter) const {
+    /// Nothing if only matter and unbaked space was met. Leaves the answer for the viewpoint in `cursor`.
+    std::optional<Viewpoint> draw(std::uint32_t sample, PvsCursor& cursor, std::uint64_t& in_matter) const {
         Random random(seed_, sample);
         for (std::uint32_t k = 0; k < kMostDraws; ++k) {
-            std::uint64_t cell = baked_[random.next_u64() % baked_.size()];
-            Box3d box = pvs_.grid().cell(cell);
+            Box3d box = baked_.empty() ? pvs_.tree().bounds : pvs_.grid().cell(baked_[random.next_u64() % baked_.size()]);
             Viewpoint viewpoint;
             for (int axis = 0; axis < 3; ++axis)
                 viewpoint.world[axis] = random.uniform(box.min[axis], box.max[axis]);
-            viewpoint.local = scene_.to_local(viewpoint.world);
-            viewpoint.cell = std::int64_t(cell);
-            // Rounding can carry a point over the face of its cell.
-            if (pvs_.grid().find(viewpoint.world) != viewpoint.cell)
+            viewpoint.local = tracer_.scene().to_local(viewpoint.world);
+            pvs_.query(viewpoint.world, cursor);
+            // Rounding can carry a point over the face of its cell, and a tree has leaves that are not baked.
+            if (cursor.everything)
                 continue;
             if (is_viewpoint(tracer_, viewpoint.local))
                 return viewpoint;
@@ -54,20 +54,54 @@ class ViewpointSource {
     }
 
   private:
-    const Scene& scene_;
     const Tracer& tracer_;
     const Pvs& pvs_;
     std::uint64_t seed_;
     std::vector<std::uint64_t> baked_;
 };
 
-/// Everything about one viewpoint: six faces against one answer.
-VerifyResult judge_viewpoint(const Scene& scene, const Tracer& tracer, const Viewpoint& viewpoint,
-                             const PvsCursor& answer, const VerifyOptions& options, std::uint32_t sample) {
+/// The six answers for the six faces. A view tree answers per direction, so each face asks with its own frustum.
+class FaceAnswers {
+  public:
+    FaceAnswers(const Pvs& pvs, const Viewpoint& viewpoint, const PvsCursor& all_around)
+        : pvs_(pvs), viewpoint_(viewpoint), cursor_(all_around), cell_(all_around.cell),
+          directed_(!pvs.tree().nodes.empty()) {
+        visible_.assign(all_around.visible.size(), 0);
+    }
+
+    std::span<const std::uint64_t> ask(int face) {
+        if (directed_) {
+            Vec3d forward, up;
+            forward[face / 2] = face % 2 ? -1 : 1;
+            up[(face / 2 + 2) % 3] = 1;
+            Box3d point{viewpoint_.world, viewpoint_.world};
+            pvs_.query_range(camera_range(point, forward, up, 1, 1), cursor_);
+        }
+        for (std::size_t word = 0; word < visible_.size(); ++word)
+            visible_[word] |= cursor_.visible[word];
+        return cursor_.visible;
+    }
+
+    /// The union of what was answered.
+    const std::vector<std::uint64_t>& all() const { return visible_; }
+    std::int64_t cell() const { return cell_; }
+
+  private:
+    const Pvs& pvs_;
+    const Viewpoint& viewpoint_;
+    PvsCursor cursor_;
+    std::int64_t cell_;
+    bool directed_;
+    std::vector<std::uint64_t> visible_;
+};
+
+/// Everything about one viewpoint: six faces against their answers.
+VerifyResult judge_viewpoint(const Tracer& tracer, const Viewpoint& viewpoint, FaceAnswers answers,
+                             const VerifyOptions& options, std::uint32_t sample) {
+    const Scene& scene = tracer.scene();
     Arbiter arbiter(tracer);
     VerifyResult result;
     result.viewpoints = 1;
-    result.reported_objects = answer.visible_count;
     std::vector<std::uint64_t> seen((scene.objects().size() + 63) / 64, 0);
     std::map<std::uint32_t, std::uint64_t> confirmed;
     for (int face = 0; face < 6; ++face) {
@@ -77,7 +111,7 @@ VerifyResult judge_viewpoint(const Scene& scene, const Tracer& tracer, const Vie
         alone.threads = 1; // the viewpoints are what runs in parallel
         ItemBuffer buffer = ItemBuffer::render(tracer, rays, item_options, alone);
         mark_seen(scene, buffer, seen);
-        for (const LostPixels& lost : find_lost_pixels(scene, arbiter, buffer, answer.visible)) {
+        for (const LostPixels& lost : find_lost_pixels(scene, arbiter, buffer, answers.ask(face))) {
             if (lost.confirmed > 0)
                 confirmed[lost.object] += lost.confirmed;
             result.false_invisible_pixels += lost.confirmed;
@@ -88,10 +122,11 @@ VerifyResult judge_viewpoint(const Scene& scene, const Tracer& tracer, const Vie
     }
     result.false_invisible_objects = confirmed.size();
     for (auto [object, pixels] : confirmed)
-        result.worst.push_back({viewpoint.world, viewpoint.cell, object, pixels});
+        result.worst.push_back({viewpoint.world, answers.cell(), object, pixels});
     for (std::size_t word = 0; word < seen.size(); ++word) {
         result.seen_objects += unsigned(std::popcount(seen[word]));
-        result.false_visible_objects += unsigned(std::popcount(answer.visible[word] & ~seen[word]));
+        result.reported_objects += unsigned(std::popcount(answers.all()[word]));
+        result.false_visible_objects += unsigned(std::popcount(answers.all()[word] & ~seen[word]));
     }
     return result;
 }
@@ -144,7 +179,7 @@ Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOpti
     if (Status status = check_belongs(scene, pvs); !status)
         return status;
     Tracer tracer = Tracer::build(scene, job);
-    ViewpointSource source(scene, tracer, pvs, options.seed);
+    ViewpointSource source(tracer, pvs, options.seed);
     if (source.empty())
         return Status(ErrorCode::usage, "no cell of the file is baked: there is nothing to verify");
     std::vector<VerifyResult> results(options.samples);
@@ -153,12 +188,10 @@ Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOpti
     std::uint64_t done = 0;
     parallel_for(options.samples, job, [&](std::size_t sample, unsigned worker) {
         std::uint64_t in_matter = 0;
-        std::optional<Viewpoint> viewpoint = source.draw(std::uint32_t(sample), in_matter);
-        if (viewpoint) {
-            pvs.query(viewpoint->world, cursors[worker]);
-            results[sample] =
-                judge_viewpoint(scene, tracer, *viewpoint, cursors[worker], options, std::uint32_t(sample));
-        }
+        PvsCursor& cursor = cursors[worker];
+        if (std::optional<Viewpoint> viewpoint = source.draw(std::uint32_t(sample), cursor, in_matter))
+            results[sample] = judge_viewpoint(tracer, *viewpoint, FaceAnswers(pvs, *viewpoint, cursor), options,
+                                              std::uint32_t(sample));
         results[sample].in_matter = in_matter;
         std::lock_guard lock(mutex);
         if (++done; job.progress)
@@ -169,7 +202,7 @@ Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOpti
     VerifyResult result;
     for (const VerifyResult& one : results) {
         if (one.viewpoints == 0)
-            return Status(ErrorCode::usage, "the baked cells hold hardly a viewpoint outside matter; if the scene is "
+            return Status(ErrorCode::usage, "what is baked holds hardly a viewpoint outside matter; if the scene is "
                                             "inside out, bake and verify it with --sides both");
         add(result, one);
     }

@@ -58,6 +58,40 @@ TEST(Verify, CountsWhatIsReportedButNeverSeen) {
     EXPECT_GE(result->false_visible_objects, 48u);
 }
 
+/// A leaf for the left room; for the right one a leaf that looks towards +z and one that looks towards -z.
+PvsData leaves_by_direction(const Scene& scene) {
+    PvsData data = two_cells(scene);
+    data.tree.bounds = data.grid.bounds;
+    data.grid = {};
+    data.cell_row.clear();
+    data.tree.nodes = {{0, kViewSteps / 2, 2}, {ViewNode::kLeaf, 0, 0}, {3, kViewSteps / 2, 4},
+                       {ViewNode::kLeaf, 0, 1}, {ViewNode::kLeaf, 0, 2}};
+    data.row_count = 3;
+    data.rows = {0b0101, 0b1010, 0b1010};
+    return data;
+}
+
+TEST(Verify, AViewTreeThatIsRightHasNothingFalseInvisible) {
+    Scene scene = two_rooms().scene();
+    auto result = verify(scene, *OpenFile(leaves_by_direction(scene)).pvs, quick());
+    ASSERT_TRUE(result) << result.status().message();
+    EXPECT_EQ(result->viewpoints, 24u);
+    EXPECT_EQ(result->false_invisible_pixels, 0u);
+}
+
+TEST(Verify, FindsABitThatIsMissingInOneDirectionOnly) {
+    Scene scene = two_rooms().scene();
+    PvsData data = leaves_by_direction(scene);
+    data.rows[2] = 0b0010; // who looks towards -z misses the right crate
+    auto result = verify(scene, *OpenFile(data).pvs, quick());
+    ASSERT_TRUE(result) << result.status().message();
+    ASSERT_FALSE(result->worst.empty());
+    for (const FalseInvisible& one : result->worst) {
+        EXPECT_EQ(one.object, 3u);
+        EXPECT_GT(one.eye.z, 1) << "the crate, from 1 to 2, is seen towards -z from behind it only";
+    }
+}
+
 TEST(Verify, NoViewpointLiesInsideTheCrates) {
     Scene scene = SceneMaker().object("solid").box({0, 0, 0}, {1, 1, 1}).scene();
     PvsData data = two_cells(two_rooms().scene());

@@ -42,12 +42,16 @@ Json scene_facts(const Scene& scene) {
 Json pvs_facts(const Pvs* pvs) {
     if (!pvs)
         return nullptr;
-    std::uint64_t baked = 0;
-    for (std::uint64_t cell = 0; cell < pvs->grid().cells(); ++cell)
+    std::uint64_t cells = pvs->grid().cells(), baked = 0;
+    for (std::uint64_t cell = 0; cell < cells; ++cell)
         baked += pvs->cell_row(cell) < pvs->row_count();
+    for (const ViewNode& node : pvs->tree().nodes) {
+        cells += node.axis == ViewNode::kLeaf;
+        baked += node.axis == ViewNode::kLeaf && node.link < pvs->row_count();
+    }
     return {{"method", std::string(pvs->method())},
             {"guarantee", to_string(pvs->guarantee())},
-            {"cells", pvs->grid().cells()},
+            {"cells", cells},
             {"baked", baked},
             {"bytes", pvs->file_bytes()}};
 }
@@ -105,7 +109,8 @@ Json per_method(const WalkResult& result, Value&& value) {
 
 /// The cell of the eye from above, [x0, z0, x1, z1] local, or null.
 Json cell_outline(const Scene& scene, const Pvs* pvs, const View& view) {
-    std::int64_t cell = pvs ? pvs->grid().find(scene.to_world(view.eye)) : -1;
+    bool grid = pvs && pvs->grid().cells() > 0;
+    std::int64_t cell = grid ? pvs->grid().find(scene.to_world(view.eye)) : -1;
     if (cell < 0)
         return nullptr;
     Box3d box = pvs->grid().cell(std::uint64_t(cell));
