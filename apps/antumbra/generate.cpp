@@ -53,6 +53,8 @@ void add_generate(CLI::App& app) {
     command.add_option("--triangles", arguments->options.triangles,
                        "Wanted size, where the kind can scale (within a tenth); 0: that of the paper's scene")
         ->capture_default_str();
+    command.add_option("--copies", arguments->options.copies, "apartment only: a block of so many equal flats")
+        ->capture_default_str();
     add_common(command, arguments->common, "antumbra generate apartment -o apartment.glb",
                [arguments] { return run_generate(*arguments); });
 }

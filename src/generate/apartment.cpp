@@ -227,9 +227,38 @@ void Apartment::study() {
     block(modeller, turned({kBedroom + 0.005, 1.3, 1.6}, kFromWest), "study/mirror", {0.5, 0.8, 0.02});
 }
 
+/// The same flat again and again, as the paper made its apartment block: six storeys, then the next column.
+RawScene block_of(const RawScene& flat, std::uint32_t copies) {
+    // Whole multiples of the grid, so that all flats are exactly alike; storeys are 6 mm apart, columns 1.9 m.
+    constexpr double kStorey = 2.90625, kColumn = 11;
+    RawScene block;
+    block.source = flat.source;
+    for (std::uint32_t c = 0; c < copies; ++c) {
+        Vec3d offset{c / 6 * kColumn, c % 6 * kStorey, 0};
+        auto first_vertex = static_cast<std::uint32_t>(block.positions.size());
+        auto first_triangle = static_cast<std::uint32_t>(block.triangles.size());
+        for (const Vec3d& p : flat.positions)
+            block.positions.push_back(p + offset);
+        for (const TriangleIndices& t : flat.triangles)
+            block.triangles.push_back({t[0] + first_vertex, t[1] + first_vertex, t[2] + first_vertex});
+        for (RawObject object : flat.objects) {
+            object.id.node = static_cast<std::int32_t>(block.objects.size());
+            object.name = "flat " + std::to_string(c + 1) + "/" + object.name;
+            object.first_triangle += first_triangle;
+            block.objects.push_back(std::move(object));
+        }
+    }
+    return block;
+}
+
 } // namespace
 
 Result<RawScene> apartment(const GenerateOptions& options) {
+    constexpr std::uint32_t kMostCopies = 10'000;
+    if (options.triangles)
+        return Status(ErrorCode::usage, "the apartment has one size; leave out the wanted triangles");
+    if (options.copies < 1 || options.copies > kMostCopies)
+        return Status(ErrorCode::usage, "an apartment block has 1 to 10000 copies, not " + std::to_string(options.copies));
     Apartment apartment{Modeller("generate apartment"), Random(options.seed, 0x61706172)};
     apartment.structure();
     apartment.living_room();
@@ -237,7 +266,8 @@ Result<RawScene> apartment(const GenerateOptions& options) {
     apartment.kitchen();
     apartment.bedroom();
     apartment.study();
-    return apartment.modeller.finish();
+    RawScene flat = apartment.modeller.finish();
+    return options.copies == 1 ? std::move(flat) : block_of(flat, options.copies);
 }
 
 } // namespace antumbra::generation

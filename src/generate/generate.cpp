@@ -5,8 +5,9 @@ namespace {
 
 using Generator = Result<RawScene> (*)(const GenerateOptions&);
 
-constexpr std::string_view kNames[] = {"apartment", "office"};
-constexpr Generator kGenerators[] = {generation::apartment, generation::office};
+constexpr std::string_view kNames[] = {"apartment", "city", "forest", "machine", "office", "town"};
+constexpr Generator kGenerators[] = {generation::apartment, generation::city, generation::forest, generation::machine,
+                                    generation::office,    generation::town};
 static_assert(std::size(kNames) == std::size(kGenerators));
 
 } // namespace
@@ -16,6 +17,8 @@ std::span<const std::string_view> generator_names() { return kNames; }
 Result<RawScene> generate(std::string_view kind, const GenerateOptions& options) {
     std::string known;
     for (std::size_t i = 0; i < std::size(kNames); ++i) {
+        if (kNames[i] == kind && options.copies != 1 && kind != "apartment")
+            return Status(ErrorCode::usage, "only the apartment can be copied, not the " + std::string(kind));
         if (kNames[i] == kind)
             return kGenerators[i](options);
         known += (i ? ", " : "") + std::string(kNames[i]);

@@ -13,8 +13,6 @@ double sine_of_quarter(double x) {
     return angle * (sum + 1);
 }
 
-double snap(double value) { return std::floor(value / kGrid + 0.5) * kGrid; }
-
 Vec3d oriented(Axis axis, Vec2 p, double along) {
     int k = static_cast<int>(axis);
     Vec3d v;
@@ -88,7 +86,7 @@ Frame looking(const Vec3d& origin, const Vec3d& direction) {
     return frame;
 }
 
-Modeller::Modeller(std::string source) { scene_.source = std::move(source); }
+Modeller::Modeller(std::string source, double grid) : grid_(grid) { scene_.source = std::move(source); }
 
 void Modeller::begin(std::string name, std::uint32_t flags) {
     RawObject object;
@@ -102,6 +100,7 @@ void Modeller::begin(std::string name, std::uint32_t flags) {
 
 std::uint32_t Modeller::vertex(const Vec3d& local) {
     Vec3d world = frame_.apply(local);
+    auto snap = [&](double value) { return std::floor(value / grid_ + 0.5) * grid_; };
     scene_.positions.push_back({snap(world.x), snap(world.y), snap(world.z)});
     return static_cast<std::uint32_t>(scene_.positions.size() - 1);
 }

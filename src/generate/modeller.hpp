@@ -1,6 +1,6 @@
 // The workshop of the generators: closed solids, one after the other, into a RawScene.
 //
-// Every vertex is snapped to kGrid after its frame has been applied, and everything before that uses only
+// Every vertex is snapped to a grid after its frame has been applied, and everything before that uses only
 // operations that IEEE 754 rounds correctly (+ - * / floor): a scene is the same bytes on every machine.
 // Every solid is closed and wound outward (counter-clockwise seen from outside), whatever frame places it.
 #pragma once
@@ -13,8 +13,9 @@
 
 namespace antumbra::generation {
 
-/// Metres. All coordinates of all generated scenes are whole multiples of it: exact in float up to 4 km.
-inline constexpr double kGrid = 1.0 / 4096;
+/// Metres. The coordinates of a generated scene are whole multiples of one of these: exact in float up to 4 km, and for
+/// things that have millimetres up to 256 m.
+inline constexpr double kGrid = 1.0 / 4096, kFineGrid = 1.0 / 65536;
 
 /// sin and cos of `turns` full turns; exact at quarter turns, else good to about 1e-15, the same on every machine.
 double sine(double turns);
@@ -50,7 +51,7 @@ enum class Axis : int { x = 0, y = 1, z = 2 };
 /// Collects objects. Not thread-safe. Never fails: shapes come from our own generators.
 class Modeller {
   public:
-    explicit Modeller(std::string source);
+    explicit Modeller(std::string source, double grid = kGrid);
 
     /// Starts the next object; everything until the next begin() belongs to it.
     void begin(std::string name, std::uint32_t flags = kOccludes);
@@ -92,6 +93,7 @@ class Modeller {
     void fan(std::span<const std::uint32_t> ring, bool reversed);
     void band(std::span<const std::uint32_t> lower, std::span<const std::uint32_t> upper);
     Frame frame_;
+    double grid_;
     RawScene scene_;
 };
 

@@ -49,9 +49,31 @@ TEST(Apartment, contents_lie_inside_their_furniture) {
     }
 }
 
+/// Flat c is flat 0, moved; six storeys, then the next column.
+TEST(Apartment, a_block_of_eighteen_has_eighteen_equal_flats) {
+    RawScene flat = made("apartment"), block = made("apartment", {0, 1, 18});
+    ASSERT_EQ(block.objects.size(), 18u * 159);
+    ASSERT_EQ(block.triangles.size(), 18u * 3060);
+    for (std::size_t c = 0; c < 18; ++c) {
+        EXPECT_EQ(block.objects[c * 159 + 3].name, "flat " + std::to_string(c + 1) + "/" + flat.objects[3].name);
+        for (std::size_t v = 0; v < flat.positions.size(); ++v)
+            ASSERT_EQ(block.positions[c * flat.positions.size() + v] - flat.positions[v],
+                      (Vec3d{double(c / 6) * 11, double(c % 6) * 2.90625, 0}));
+    }
+    test::expect_sound(block, {{-0.25, -0.25, -0.25}, {31, 18, 4.65}});
+}
+
+TEST(Apartment, wrong_sizes_and_copies_are_wrong_usage) {
+    EXPECT_EQ(generate("apartment", {5000, 1}).status().code(), ErrorCode::usage);
+    EXPECT_EQ(generate("apartment", {0, 1, 0}).status().code(), ErrorCode::usage);
+    EXPECT_EQ(generate("apartment", {0, 1, 10'001}).status().code(), ErrorCode::usage);
+    EXPECT_EQ(generate("office", {0, 1, 2}).status().code(), ErrorCode::usage);
+}
+
 TEST(Apartment, the_default_is_the_published_file) {
     EXPECT_EQ(test::sha256_of(made("apartment")), "9984b53917445bf95cb416be4ec42e08c308082934ea05e5fe685403a8e44dc2");
     EXPECT_EQ(test::sha256_of(made("apartment")), test::sha256_of(made("apartment")));
+    EXPECT_EQ(test::sha256_of(made("apartment", {0, 1, 18})), "1aea76a214b73f0d2520ff1adf6229cf5ab65ffefc1f682bfb5ff1cee814897b");
     EXPECT_NE(test::sha256_of(made("apartment", {0, 2})), test::sha256_of(made("apartment")));
 }
 

@@ -65,9 +65,16 @@ inline Box3d bounds_of(const RawScene& scene, const RawObject& object) {
     return box;
 }
 
-/// Closed solids wound outward (unless double-sided), on the grid of 1/4096 m, without a degenerate triangle, no
+/// Objects whose names begin with `prefix`.
+inline std::size_t count_named(const RawScene& scene, std::string_view prefix) {
+    return static_cast<std::size_t>(std::count_if(scene.objects.begin(), scene.objects.end(), [&](const RawObject& o) {
+        return o.name.starts_with(prefix);
+    }));
+}
+
+/// Closed solids wound outward (unless double-sided), on the grid of 1/`grid` m, without a degenerate triangle, no
 /// vertex outside `world`, every name once.
-inline void expect_sound(const RawScene& scene, const Box3d& world) {
+inline void expect_sound(const RawScene& scene, const Box3d& world, double grid = 4096) {
     std::vector<std::string> names;
     for (const RawObject& object : scene.objects) {
         ASSERT_GT(object.triangle_count, 0u) << object.name;
@@ -82,7 +89,7 @@ inline void expect_sound(const RawScene& scene, const Box3d& world) {
     for (const Vec3d& p : scene.positions) {
         ASSERT_TRUE(world.contains(p)) << p.x << ' ' << p.y << ' ' << p.z; // false for NaN too
         for (int k = 0; k < 3; ++k)
-            ASSERT_EQ(p[k] * 4096, std::floor(p[k] * 4096));
+            ASSERT_EQ(p[k] * grid, std::floor(p[k] * grid));
     }
     for (std::size_t t = 0; t < scene.triangles.size(); ++t) {
         const TriangleIndices& i = scene.triangles[t];
