@@ -86,7 +86,8 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
             return Vec3d{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
         };
         centre += shift(0.55);
-        modeller.leaf(centre + shift(0.35), centre + shift(0.35), centre + shift(0.35));
+        Vec3d a = centre + shift(0.35), b = centre + shift(0.35), c = centre + shift(0.35);
+        modeller.leaf(a, b, c);
     }
 }
 

@@ -150,8 +150,8 @@ void Machine::springs() {
         for (int column = 0; column < 16; ++column) {
             Random random(seed, static_cast<std::uint64_t>(++number), 0x73707269);
             Frame frame{{0.04 + 0.05 * column, 1.02 + random.uniform(-0.02, 0.02), 0.06 + 0.125 * row}};
-            spring(frame, "springs/spring " + std::to_string(number), random.uniform(0.008, 0.018),
-                   random.uniform(0.05, 0.1), 6 + number % 5);
+            double radius = random.uniform(0.008, 0.018), stretched = random.uniform(0.05, 0.1);
+            spring(frame, "springs/spring " + std::to_string(number), radius, stretched, 6 + number % 5);
             // A lever that the spring pulls.
             modeller.begin("springs/lever " + std::to_string(number));
             modeller.place(frame * turned({0, 0.03, 0.1}, random.uniform(-0.05, 0.05)));

@@ -1,7 +1,8 @@
 // The workshop of the generators: closed solids, one after the other, into a RawScene.
 //
 // Every vertex is snapped to a grid after its frame has been applied, and everything before that uses only
-// operations that IEEE 754 rounds correctly (+ - * / floor): a scene is the same bytes on every machine.
+// operations that IEEE 754 rounds correctly (+ - * / floor sqrt): a scene is the same bytes on every machine. The
+// language does not order the arguments of a call: at most one of them may draw a random number.
 // Every solid is closed and wound outward (counter-clockwise seen from outside), whatever frame places it.
 #pragma once
 

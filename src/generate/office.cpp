@@ -139,8 +139,8 @@ void Office::furnish(const Frame& frame, const std::string& name, Random& random
     modeller.box({-0.12, 0, 0}, {0.12, 0.1, 0.15});
     modeller.box({-0.3, 0.1, 0.05}, {0.3, 0.48, 0.08});
     block(modeller, frame * at({2, 0.74, 0.55}), name + "/keyboard", {0.44, 0.02, 0.15});
-    chair(modeller, frame * turned({2 + random.uniform(-0.2, 0.2), 0, 1.6}, 0.5 + random.uniform(-0.1, 0.1)),
-          name + "/chair");
+    double turn = random.uniform(-0.1, 0.1), aside = random.uniform(-0.2, 0.2);
+    chair(modeller, frame * turned({2 + aside, 0, 1.6}, 0.5 + turn), name + "/chair");
     block(modeller, frame * at({2, kClear - 0.06, 2.4}), name + "/lamp", {1.2, 0.06, 0.2});
     for (int i = 0; i < 2; ++i) {
         std::string own = name + "/shelf " + std::to_string(i + 1);
