@@ -1,5 +1,6 @@
 #include "command.hpp"
 
+#include "bake/exact/proof.hpp"
 #include "base/file.hpp"
 
 #include <antumbra/evaluate.hpp>
@@ -14,6 +15,8 @@ struct VerifyArguments {
     SceneArguments scene;
     std::string pvs;
     VerifyOptions options;
+    bool certificates = false;
+    CertificateOptions certificate_options;
 };
 
 Json to_json(const Scene& scene, const Pvs& pvs, const VerifyResult& result) {
@@ -55,6 +58,46 @@ void print_text(const Scene& scene, const Pvs& pvs, const VerifyResult& result) 
                    scene.name(one.object), one.eye.x, one.eye.y, one.eye.z);
 }
 
+/// Random (cell, object) pairs proved again, the proofs checked by the independent verifier.
+int run_certificates(const VerifyArguments& arguments, const Scene& scene, const Pvs& pvs) {
+    Result<CertificateResult> result =
+        check_certificates(scene, pvs, arguments.certificate_options, make_job(arguments.common));
+    if (!result)
+        return fail(result.status().in(arguments.pvs));
+    if (arguments.common.json) {
+        Json document;
+        document["guarantee"] = to_string(pvs.guarantee());
+        document["pairs"] = result->pairs;
+        document["proved_visible"] = result->visible;
+        document["proved_hidden"] = result->hidden;
+        document["visible_by_definition"] = result->by_definition;
+        document["undecided"] = result->undecided;
+        document["trees"] = result->trees;
+        document["nodes"] = result->nodes;
+        document["rejected"] = result->rejected;
+        document["listed_but_hidden"] = result->listed_but_hidden;
+        document["visible_but_unlisted"] = result->visible_but_unlisted;
+        document["first_problem"] = result->first_problem;
+        print_json(document);
+    } else {
+        fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
+        fmt::print("proved     {} pairs: {} visible by a witness, {} hidden by {} trees of {} nodes in all, "
+                   "{} touch their cell, {} undecided\n",
+                   result->pairs, result->visible, result->hidden, result->trees, result->nodes,
+                   result->by_definition, result->undecided);
+        fmt::print("rejected   {} proofs\n", result->rejected);
+        fmt::print("the file   lists {} hidden objects and lacks {} visible ones\n", result->listed_but_hidden,
+                   result->visible_but_unlisted);
+    }
+    Guarantee guarantee = pvs.guarantee();
+    bool may_list_hidden = guarantee == Guarantee::conservative || guarantee == Guarantee::approximate;
+    bool broken = result->rejected || (result->listed_but_hidden && !may_list_hidden) ||
+                  (result->visible_but_unlisted && !may_lose_pixels(guarantee));
+    return broken ? fail({ErrorCode::internal, arguments.pvs + ": " + result->first_problem +
+                                                   "; do not trust the file, and please report how it was baked"})
+                  : 0;
+}
+
 int run_verify(VerifyArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
@@ -65,6 +108,9 @@ int run_verify(VerifyArguments& arguments) {
     Result<Pvs> pvs = Pvs::open(file->bytes());
     if (!pvs)
         return fail(pvs.status().in(arguments.pvs));
+    arguments.certificate_options.seed = arguments.common.seed;
+    if (arguments.certificates)
+        return run_certificates(arguments, *scene, *pvs);
     arguments.options.seed = arguments.common.seed;
     Result<VerifyResult> result = verify(*scene, *pvs, arguments.options, make_job(arguments.common));
     if (!result)
@@ -94,6 +140,11 @@ void add_verify(CLI::App& app) {
         ->capture_default_str();
     command.add_option("--face-size", arguments->options.face_size, "Pixels along each of the six square pictures")
         ->check(CLI::Range(1, 8192))
+        ->capture_default_str();
+    command.add_flag("--certificates", arguments->certificates,
+                     "Prove random (cell, object) pairs exactly and check the proofs, instead of viewpoints");
+    command.add_option("--pairs", arguments->certificate_options.pairs, "How many pairs --certificates proves")
+        ->check(CLI::PositiveNumber)
         ->capture_default_str();
     add_common(command, arguments->common, "antumbra verify house.glb house.pvs --samples 500",
                [arguments] { return run_verify(*arguments); });

@@ -1,4 +1,6 @@
 // The exact method through the public door.
+#include "bake/exact/proof.hpp"
+
 #include <antumbra/bake.hpp>
 
 #include <gtest/gtest.h>
@@ -102,6 +104,43 @@ TEST(ExactBake, IsTheSameForAnyNumberOfThreadsAndWhenResumed) {
     EXPECT_GT(c->statistics.cells_resumed, 0u);
     EXPECT_EQ(*encode_pvs(a->pvs), *encode_pvs(c->pvs));
     std::filesystem::remove(o.checkpoint);
+}
+
+TEST(Certificates, EveryPairOfAnExactBakeIsProvedAsListed) {
+    Scene scene = village();
+    Result<BakeResult> result = bake(scene, options());
+    ASSERT_TRUE(result.ok());
+    auto bytes = encode_pvs(result->pvs);
+    Result<Pvs> pvs = Pvs::open(*bytes);
+    ASSERT_TRUE(pvs.ok());
+    CertificateOptions many;
+    many.pairs = 60;
+    Result<CertificateResult> proofs = check_certificates(scene, *pvs, many);
+    ASSERT_TRUE(proofs.ok()) << proofs.status().message();
+    EXPECT_EQ(proofs->pairs, 60u);
+    EXPECT_EQ(proofs->first_problem, "");
+    EXPECT_EQ(proofs->undecided, 0u);
+    EXPECT_GT(proofs->visible, 5u);
+    EXPECT_GT(proofs->hidden, 15u);
+    EXPECT_GT(proofs->nodes, proofs->hidden);
+}
+
+TEST(Certificates, AFlippedBitIsFoundOut) {
+    Scene scene = village();
+    Result<BakeResult> result = bake(scene, options());
+    ASSERT_TRUE(result.ok());
+    for (std::uint64_t& word : result->pvs.rows)
+        word = ~word & ((std::uint64_t(1) << scene.objects().size()) - 1);
+    auto bytes = encode_pvs(result->pvs);
+    Result<Pvs> pvs = Pvs::open(*bytes);
+    ASSERT_TRUE(pvs.ok());
+    CertificateOptions few;
+    few.pairs = 12;
+    Result<CertificateResult> proofs = check_certificates(scene, *pvs, few);
+    ASSERT_TRUE(proofs.ok());
+    EXPECT_EQ(proofs->rejected, 0u);
+    EXPECT_EQ(proofs->listed_but_hidden + proofs->visible_but_unlisted, 12u);
+    EXPECT_NE(proofs->first_problem, "");
 }
 
 TEST(ExactBake, RefusesViewTreesAndCellsFarAway) {

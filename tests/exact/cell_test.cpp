@@ -199,6 +199,7 @@ TEST(Cell, EqualsBruteForceInIntegers) {
         auto visible = solve(scene, a, b);
         CellOptions plain;
         plain.filtered = false;
+        plain.patches = false;
         plain.rays = 2;
         CellSolver oracle(tree, tracer, plain);
         GridBox cell = grid_box(tree, a, b);
@@ -259,6 +260,45 @@ TEST(Cell, NoRayFromTheCellSeesWhatIsCalledHidden) {
     EXPECT_GT(rays, 100000u);
 }
 
+/// A bumpy sheet of one connected surface, closed or with a hole, single- or double-sided, between the cell and a lamp.
+TEST(Cell, ConnectedPatchesHideOnlyWhatTheyHide) {
+    std::uint64_t proved = 0;
+    for (int variant = 0; variant < 16; ++variant) {
+        bool hole = variant & 1, both = variant & 2, turned = variant & 4;
+        Random random(static_cast<std::uint64_t>(variant));
+        Builder b;
+        b.flags = kOccludes | (both ? std::uint32_t(kDoubleSided) : 0u);
+        b.begin("sheet");
+        const int n = 8;
+        Vec3d p[n + 1][n + 1];
+        for (int i = 0; i <= n; ++i)
+            for (int j = 0; j <= n; ++j)
+                p[i][j] = {4 + random.uniform(-0.5, 0.5), -8 + 2.0 * i, -8 + 2.0 * j};
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                for (int half = 0; half < 2; ++half) {
+                    if (hole && i == n / 2 && j == n / 2 && half)
+                        continue;
+                    Vec3d a = p[i][j], c = p[i + 1][j + 1], d = half ? p[i][j + 1] : p[i + 1][j];
+                    if ((half == 1) != turned)
+                        std::swap(c, d);
+                    b.triangle(a, d, c); // turned: fronts to +x, away from the cell
+                }
+        b.flags = kOccludes | kDoubleSided;
+        b.begin("lamp");
+        b.box({7, -1, -1}, {8, 2, 2});
+        Scene scene = b.finish();
+        CellCounters counters;
+        auto visible = solve(scene, {-2, -1, -1}, {-1, 1, 1}, {}, &counters);
+        CellOptions plain;
+        plain.patches = false;
+        EXPECT_EQ(visible, solve(scene, {-2, -1, -1}, {-1, 1, 1}, plain)) << variant;
+        EXPECT_EQ(sees(visible, 1), hole || (!both && !turned)) << variant;
+        proved += counters.query.patches_proved;
+    }
+    EXPECT_GT(proved, 0u);
+}
+
 TEST(Cell, TheAnswerDependsNeitherOnWhatWasKnownNorOnVirtualOccludersNorOnTheSeed) {
     for (std::uint64_t seed = 21; seed <= 24; ++seed) {
         Scene scene = random_scene(seed, 60);
@@ -266,9 +306,10 @@ TEST(Cell, TheAnswerDependsNeitherOnWhatWasKnownNorOnVirtualOccludersNorOnTheSee
         Tracer tracer = Tracer::build(scene);
         GridBox cell = grid_box(tree, {-2, -3, -1}, {1, 0, 2});
         auto first = solve(scene, {-2, -3, -1}, {1, 0, 2});
-        for (int variant = 0; variant < 3; ++variant) {
+        for (int variant = 0; variant < 4; ++variant) {
             CellOptions options;
             options.virtual_occluders = variant != 0;
+            options.patches = variant != 3;
             options.seed = variant == 1 ? 77 : 1;
             CellSolver solver(tree, tracer, options);
             std::vector<std::uint64_t> visible(first.size(), 0);

@@ -137,6 +137,7 @@ Answer CellSolver::State::ask(std::span<const GridPoint> s, std::span<const Grid
     q.rays = options.rays;
     q.max_pieces = options.max_pieces;
     q.filtered = options.filtered;
+    q.patches = options.patches;
     if (!options.filtered)
         q.start = Start::prism_or_hull;
     q.seed = mix_bits(options.seed + mix_bits(key));

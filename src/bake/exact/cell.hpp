@@ -17,6 +17,7 @@ struct CellOptions {
     std::uint32_t rays = 6;             ///< random lines per pair of faces, before any polytope
     std::uint32_t max_pieces = 20000;   ///< budget of one query; beyond it the answer is visible and counted
     bool virtual_occluders = true;      ///< false only to measure what they are worth
+    bool patches = true;                ///< connected surfaces as single occluders; false only to measure
     bool filtered = true;               ///< false: the oracle
     std::uint64_t seed = 1;
 };

@@ -8,6 +8,8 @@ namespace {
 
 /// Errors above this are not worth carrying on: the vertex is computed in integers and rounded.
 constexpr double kLargestError = 0x1p-20;
+/// Exact vertices longer than this are made primitive.
+constexpr int kLongBits = 256;
 /// Absorbs the roundings made while an error bound itself is computed.
 constexpr double kInflate = 1 + 0x1p-40;
 
@@ -293,7 +295,11 @@ void LineStore<F>::make_exact(VertexId id) {
     Six x;
     for (std::size_t k = 0; k < 6; ++k)
         x[k] = wa * xa[k] + wb * xb[k];
-    make_primitive(x);
+    int size = 0;
+    for (const Integer& c : x)
+        size = std::max(size, bits_of(c));
+    if (size > kLongBits) // dividing costs more than carrying a few words
+        make_primitive(x);
     std::int32_t kept = keep(x);
     Vertex& v = vertices_[index(id)];
     v.exact = kept;

@@ -95,6 +95,19 @@ const certify::Polygon& OccludersAlong::polygon(OccluderId id) {
     return polygon_;
 }
 
+bool OccludersAlong::neighbours(OccluderId id, std::size_t edge, std::vector<OccluderId>& found) {
+    std::size_t before = found.size();
+    bool reversed = false;
+    auto mine = static_cast<std::uint32_t>(3 * id + edge);
+    for (std::uint32_t other : tree_.edges_like(mine)) {
+        if (other == mine)
+            continue;
+        reversed = tree_.edge_start(other) != tree_.edge_start(mine);
+        found.push_back(other / 3);
+    }
+    return found.size() == before + 1 && reversed;
+}
+
 bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit,
                                   std::vector<OccluderId>& found) {
     Vec3d d = q - p, inverse{1 / d.x, 1 / d.y, 1 / d.z};

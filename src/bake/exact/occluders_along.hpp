@@ -19,6 +19,9 @@ class OccludersAlong final : public OccluderSource {
     bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
     const certify::Polygon& polygon(OccluderId id) override;
 
+    bool has_neighbours(OccluderId id) override { return id < kVirtual; }
+    bool neighbours(OccluderId id, std::size_t edge, std::vector<OccluderId>& found) override;
+
     /// Ids of virtual polygons: kVirtual + 12 * node + k.
     static constexpr OccluderId kVirtual = 0x80000000u;
     static std::array<GridPoint, 4> virtual_polygon(const GridBox& box, int k);

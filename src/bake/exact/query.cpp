@@ -26,6 +26,8 @@ void QueryCounters::add(const QueryCounters& o) {
     broken += o.broken;
     single_cover += o.single_cover;
     random_witness += o.random_witness;
+    patches_tried += o.patches_tried;
+    patches_proved += o.patches_proved;
     most_vertices = std::max(most_vertices, o.most_vertices);
     arithmetic.add(o.arithmetic);
 }

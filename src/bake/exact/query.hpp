@@ -25,6 +25,11 @@ class OccluderSource {
                               std::vector<OccluderId>& found) = 0;
     /// The polygon behind an id: convex, planar, with an area. Valid until the next call.
     virtual const certify::Polygon& polygon(OccluderId id) = 0;
+    /// Is this occluder part of a surface whose neighbours are known?
+    virtual bool has_neighbours(OccluderId) { return false; }
+    /// Appends all other occluders that share edge k (from corner k to the next) of `id`, same two ends exactly. Returns
+    /// whether there is one only and it runs along the edge the other way, as in an oriented surface.
+    virtual bool neighbours(OccluderId, std::size_t, std::vector<OccluderId>&) { return false; }
 };
 
 /// A plain list, for few occluders and for tests: ids are indices.
@@ -54,7 +59,8 @@ struct QueryOptions {
     Start start = Start::automatic;
     bool filtered = true;          ///< doubles with proven bounds first; false: the oracle, integers throughout
     std::uint32_t rays = 8;        ///< random lines tried before any polytope is built
-    bool certificate = false;      ///< record the subdivision behind "hidden"
+    bool certificate = false;      ///< record the subdivision behind "hidden" (and use no patches)
+    bool patches = true;           ///< try connected surfaces as single occluders where neighbours are known
     std::uint32_t max_pieces = 100000; ///< budget; beyond it the answer is `undecided`
     std::uint64_t seed = 1;
 };
@@ -64,6 +70,7 @@ struct QueryCounters {
     std::uint64_t pairs = 0, triples = 0, hulls = 0, prisms = 0;
     std::uint64_t exact_witnesses = 0, witness_retries = 0, widened = 0, broken = 0;
     std::uint64_t single_cover = 0, random_witness = 0;
+    std::uint64_t patches_tried = 0, patches_proved = 0;
     std::uint32_t most_vertices = 0;
     ArithmeticCounters arithmetic;
     void add(const QueryCounters& other);

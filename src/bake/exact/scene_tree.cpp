@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace antumbra::exact {
 namespace {
@@ -149,6 +150,41 @@ GridPoint SceneTree::to_grid(const Vec3d& local) const {
     return p;
 }
 
+/// Groups edges by their two end points, whichever vertex of the file these are.
+void SceneTree::connect_edges() {
+    auto count = static_cast<std::uint32_t>(3 * corners_.size());
+    auto point = [&](std::uint32_t corner) -> const GridPoint& { return corners_[corner / 3][corner % 3]; };
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const GridPoint &p = point(a), &q = point(b);
+        return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
+    });
+    point_of_.resize(count);
+    for (std::uint32_t k = 0, id = 0; k < count; ++k) {
+        if (k > 0 && !(point(order[k]) == point(order[k - 1])))
+            ++id;
+        point_of_[order[k]] = id;
+    }
+    edges_.clear();
+    std::vector<std::uint64_t> key(count);
+    for (std::uint32_t e = 0; e < count; ++e) {
+        std::uint32_t a = point_of_[e], b = point_of_[e / 3 * 3 + (e % 3 + 1) % 3];
+        key[e] = std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
+        if (occludes(e / 3))
+            edges_.push_back(e);
+    }
+    std::sort(edges_.begin(), edges_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return key[a] != key[b] ? key[a] < key[b] : a < b; });
+    edge_group_.assign(count, kNoGroup);
+    for (std::uint32_t k = 0; k < edges_.size(); ++k) {
+        if (k == 0 || key[edges_[k]] != key[edges_[k - 1]])
+            group_first_.push_back(k);
+        edge_group_[edges_[k]] = static_cast<std::uint32_t>(group_first_.size() - 1);
+    }
+    group_first_.push_back(static_cast<std::uint32_t>(edges_.size()));
+}
+
 SceneTree SceneTree::build(const Scene& scene) {
     SceneTree tree;
     tree.scene_ = &scene;
@@ -179,6 +215,7 @@ SceneTree SceneTree::build(const Scene& scene) {
     tree.nodes_.resize(1);
     tree.parents_.push_back(0);
     builder.build_objects(0, 0, builder.objects.size());
+    tree.connect_edges();
     return tree;
 }
 

@@ -6,6 +6,7 @@
 
 #include <antumbra/scene.hpp>
 
+#include <span>
 #include <vector>
 
 namespace antumbra::exact {
@@ -64,6 +65,15 @@ class SceneTree {
     std::size_t corners_count() const { return corners_.size(); } ///< triangles
     bool occludes(std::uint32_t triangle) const { return scene_->object_of(triangle).has(kOccludes); }
     bool both_sides(std::uint32_t triangle) const { return scene_->object_of(triangle).has(kDoubleSided); }
+    /// Edge 3 t + k runs from corner k of triangle t to the next. All edges of occluding triangles between the same two
+    /// points, this one included; nothing for triangles that do not occlude.
+    std::span<const std::uint32_t> edges_like(std::uint32_t edge) const {
+        std::uint32_t group = edge_group_[edge];
+        return group == kNoGroup ? std::span<const std::uint32_t>()
+                                 : std::span(edges_).subspan(group_first_[group], group_first_[group + 1] - group_first_[group]);
+    }
+    /// A number for the point where an edge starts: equal numbers are equal points.
+    std::uint32_t edge_start(std::uint32_t edge) const { return point_of_[edge]; }
     /// Local coordinates must be whole multiples of the scene's step.
     GridPoint to_grid(const Vec3d& local) const;
     Vec3d to_local(const Vec3d& grid) const { return grid * scene_->step(); }
@@ -73,6 +83,11 @@ class SceneTree {
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> parents_, order_, leaf_of_;
     std::vector<std::array<GridPoint, 3>> corners_;
+    static constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
+    std::vector<std::uint32_t> point_of_;              // per corner 3 t + k
+    std::vector<std::uint32_t> edge_group_;            // per edge
+    std::vector<std::uint32_t> group_first_, edges_;   // edges by group
+    void connect_edges();
 
     struct Builder;
 };

@@ -1,5 +1,7 @@
 #include "bake/exact/solver.hpp"
 
+#include "bake/exact/patch.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -471,10 +473,12 @@ void Solver<F, W>::accept(const Candidate& line) {
 /// Random lines: an unblocked one ends the query, and so does a blocker that hides everything alone.
 template <bool F, int W>
 bool Solver<F, W>::random_stage(Answer& answer) {
+    Candidate line;
+    bool have_line = false;
     for (std::uint32_t r = 0; r < options_->rays; ++r) {
-        Candidate line;
         if (!random_line(line))
             continue;
+        have_line = true;
         int crossing = 0;
         const Prepared* blocker = find_blocker(line, nullptr, crossing);
         if (!blocker) {
@@ -493,7 +497,16 @@ bool Solver<F, W>::random_stage(Answer& answer) {
             return true;
         }
     }
-    return false;
+    if (!have_line || !options_->patches || options_->certificate)
+        return false;
+    std::vector<OccluderId> starts; // what blocks the last line
+    for (OccluderId id : found_)
+        if (source_->has_neighbours(id) && blocks(prepare(id), line.line) != 0)
+            starts.push_back(id);
+    if (starts.empty() || !patch_hides(store_, frame_, *source_, starts, line.line, result_->counters))
+        return false;
+    answer = Answer::hidden;
+    return true;
 }
 
 template <bool F, int W>

@@ -205,7 +205,7 @@ StartResult prism_start(LineStore<F>& store, const Frame& frame, Polytope<W>& ou
         out.edges.push_back({i, static_cast<std::uint16_t>(size + i)});
         for (auto j = static_cast<std::uint16_t>(i + 1); j < size; ++j) {
             FacetSet<W> common = rays[i].facets & rays[j].facets;
-            if (common.count() < 3)
+            if (!common.has_at_least(3))
                 continue;
             bool adjacent = true;
             for (std::uint16_t k = 0; k < size && adjacent; ++k)

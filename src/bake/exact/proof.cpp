@@ -1,0 +1,260 @@
+#include "bake/exact/proof.hpp"
+
+#include "bake/exact/frame.hpp"
+#include "base/parallel.hpp"
+#include "base/random.hpp"
+
+#include <algorithm>
+#include <mutex>
+
+namespace antumbra::exact {
+namespace {
+
+certify::Polygon polygon_of(std::span<const GridPoint> corners, bool both_sides = true) {
+    return {{corners.begin(), corners.end()}, both_sides};
+}
+
+certify::Polygon triangle_of(const SceneTree& tree, std::uint32_t t) {
+    return polygon_of(tree.corners(t), tree.both_sides(t));
+}
+
+bool reaches_beyond(const GridBox& box, const GridBox& cell, int axis, int side) {
+    return side ? box.max[axis] > cell.max[axis] : box.min[axis] < cell.min[axis];
+}
+
+GridBox box_of(std::span<const GridPoint> corners) {
+    GridBox box;
+    for (const GridPoint& p : corners)
+        box.extend(p);
+    return box;
+}
+
+} // namespace
+
+Prover::Prover(const SceneTree& tree) : tree_(tree), occluders_(tree) {}
+
+/// True if the pair is hidden, with a certificate; else `result` says visible or undecided.
+bool Prover::ask(const certify::Polygon& from, const certify::Polygon& to, PairProof& proof, QueryResult& result) {
+    QueryOptions options;
+    options.certificate = true;
+    options.rays = 4;
+    result = query_.run(from.corners, to.corners, occluders_, options);
+    if (result.answer != Answer::hidden)
+        return false;
+    if (!result.tree.nodes.empty()) // else nothing of them faces each other
+        proof.parts.push_back({from, to, result.blockers, std::move(result.tree)});
+    return true;
+}
+
+bool Prover::hide_box(const GridBox& cell, const GridBox& box, PairProof& proof) {
+    std::size_t before = proof.parts.size();
+    QueryResult result;
+    for (int from = 0; from < 6; ++from)
+        for (int to = 0; to < 6; ++to) {
+            int b = (to / 2 + 1) % 3, c = (to / 2 + 2) % 3;
+            if (!reaches_beyond(box, cell, from / 2, from % 2) || !reaches_beyond(cell, box, to / 2, to % 2) ||
+                box.min[b] == box.max[b] || box.min[c] == box.max[c])
+                continue;
+            if (!ask(polygon_of(face_of(cell, from / 2, from % 2)), polygon_of(face_of(box, to / 2, to % 2)), proof,
+                     result)) {
+                proof.parts.resize(before);
+                return false;
+            }
+        }
+    return true;
+}
+
+/// False: it is visible (or undecided), and the proof is finished.
+bool Prover::hide_triangle(const GridBox& cell, std::uint32_t t, PairProof& proof) {
+    certify::Polygon triangle = triangle_of(tree_, t);
+    std::size_t triple[3];
+    GridPlane plane = plane_of(triangle.corners, triple);
+    bool side[2] = {false, false}; // some of the cell in front of it, behind it
+    for (int i = 0; i < 8; ++i) {
+        GridPoint p{i & 1 ? cell.max.x : cell.min.x, i & 2 ? cell.max.y : cell.min.y, i & 4 ? cell.max.z : cell.min.z};
+        Int128 at = plane.at(p);
+        side[0] |= at > 0;
+        side[1] |= at < 0;
+    }
+    side[1] &= triangle.both_sides;
+    if (touches(cell, tree_.corners(t))) {
+        if (!side[0] && !side[1])
+            return true;
+        proof.answer = Answer::visible;
+        proof.by_definition = true;
+        proof.triangle = t;
+        return false;
+    }
+    GridBox box = box_of(triangle.corners);
+    for (int turned = 0; turned < 2; ++turned) {
+        if (side[turned])
+            for (int from = 0; from < 6; ++from) {
+                if (!reaches_beyond(box, cell, from / 2, from % 2))
+                    continue;
+                certify::Polygon face = polygon_of(face_of(cell, from / 2, from % 2));
+                QueryResult result;
+                if (ask(face, triangle, proof, result))
+                    continue;
+                proof.answer = result.answer;
+                if (result.answer == Answer::visible) {
+                    proof.from = face;
+                    proof.to = triangle;
+                    proof.triangle = t;
+                    proof.witness = to_rational(result.witness);
+                }
+                return false;
+            }
+        std::swap(triangle.corners[1], triangle.corners[2]);
+    }
+    return true;
+}
+
+PairProof Prover::prove(const GridBox& cell, std::uint32_t object) {
+    PairProof proof;
+    const auto& nodes = tree_.nodes();
+    std::uint32_t root = 0; // of the object: parents come before their children
+    while (root < nodes.size() && nodes[root].object != object)
+        ++root;
+    std::vector<std::uint32_t> open;
+    if (root < nodes.size())
+        open.push_back(root);
+    while (!open.empty()) {
+        const SceneTree::Node& node = nodes[open.back()];
+        open.pop_back();
+        if (node.count > 2 && !cell.touches(node.box) && hide_box(cell, node.box, proof))
+            continue;
+        if (node.children != 0) {
+            open.push_back(node.children + 1);
+            open.push_back(node.children);
+            continue;
+        }
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+            if (!hide_triangle(cell, tree_.order()[i], proof)) {
+                proof.parts.clear();
+                return proof;
+            }
+    }
+    proof.answer = Answer::hidden;
+    return proof;
+}
+
+Status verify_proof(const SceneTree& tree, const PairProof& proof) {
+    if (proof.answer == Answer::visible && !proof.by_definition) {
+        // The box of the segment, rounded outward: all that can be in its way touches it.
+        GridBox around;
+        for (const auto& end : {proof.witness.p, proof.witness.q}) {
+            GridPoint low;
+            for (int k = 0; k < 3; ++k)
+                low[k] = static_cast<std::int64_t>(certify::Integer(numerator(end[k]) / denominator(end[k]))) - 1;
+            around.extend(low);
+            around.extend(low + GridPoint{2, 2, 2});
+        }
+        std::vector<certify::Polygon> occluders;
+        for (std::uint32_t t = 0; t < tree.corners_count(); ++t)
+            if (tree.occludes(t) && box_of(tree.corners(t)).touches(around))
+                occluders.push_back(triangle_of(tree, t));
+        return certify::verify_witness(proof.from, proof.to, occluders, proof.witness);
+    }
+    for (const HiddenPart& part : proof.parts) {
+        std::vector<certify::Polygon> blockers;
+        for (std::uint32_t t : part.blockers)
+            blockers.push_back(triangle_of(tree, t));
+        if (Status status = certify::verify_hidden(part.from, part.part, blockers, part.tree); !status)
+            return status;
+    }
+    return {};
+}
+
+} // namespace antumbra::exact
+
+namespace antumbra {
+namespace {
+
+struct Pair {
+    std::uint64_t cell = 0;
+    std::uint32_t object = 0;
+    bool listed = false;
+};
+
+/// Random pairs, listed and not in turn, among cells that were baked and objects that are not always listed.
+std::vector<Pair> choose_pairs(const Pvs& pvs, const CertificateOptions& options) {
+    std::vector<std::uint64_t> cells;
+    for (std::uint64_t c = 0; c < pvs.grid().cells(); ++c)
+        if (pvs.cell_row(c) < kCellSolid)
+            cells.push_back(c);
+    std::vector<Pair> pairs;
+    std::vector<std::uint64_t> row(pvs.words_per_row());
+    Random random(options.seed, 0x63657274);
+    for (std::uint64_t tries = 0; !cells.empty() && pvs.object_count() > 0 && pairs.size() < options.pairs &&
+                                  tries < 64 * std::uint64_t(options.pairs);
+         ++tries) {
+        Pair pair;
+        pair.cell = cells[random.below(static_cast<std::uint32_t>(cells.size()))];
+        pair.object = random.below(pvs.object_count());
+        pvs.decode_row(pvs.cell_row(pair.cell), row);
+        pair.listed = row[pair.object / 64] >> (pair.object % 64) & 1;
+        bool wanted = pairs.size() % 2 == 0;
+        // After half the tries any pair will do: the file may list everything, or nothing.
+        if ((pair.listed == wanted || tries >= 32 * std::uint64_t(options.pairs)) &&
+            !(pvs.object(pair.object).flags & kAlwaysVisible))
+            pairs.push_back(pair);
+    }
+    return pairs;
+}
+
+} // namespace
+
+Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs, const CertificateOptions& options,
+                                             const Job& job) {
+    if (pvs.scene_fingerprint() != scene.fingerprint() || pvs.object_count() != scene.objects().size())
+        return Status(ErrorCode::mismatch, "the file was baked from another scene; bake it again");
+    std::vector<Pair> pairs = choose_pairs(pvs, options);
+    if (pairs.empty())
+        return Status(ErrorCode::usage, "the file holds no baked grid cells to prove");
+    exact::SceneTree tree = exact::SceneTree::build(scene);
+    CertificateResult result;
+    std::mutex mutex;
+    std::vector<std::string> problems(pairs.size());
+    std::atomic<std::uint64_t> done{0};
+    parallel_for(pairs.size(), job, [&](std::size_t index, unsigned) {
+        const Pair& pair = pairs[index];
+        Box3d cell = pvs.grid().cell(pair.cell);
+        exact::GridBox box{tree.to_grid(scene.to_local(cell.min)), tree.to_grid(scene.to_local(cell.max))};
+        exact::Prover prover(tree);
+        exact::PairProof proof = prover.prove(box, pair.object);
+        Status status = exact::verify_proof(tree, proof);
+        std::lock_guard lock(mutex);
+        ++result.pairs;
+        for (const exact::HiddenPart& part : proof.parts) {
+            ++result.trees;
+            result.nodes += part.tree.nodes.size();
+        }
+        std::string where = "cell " + std::to_string(pair.cell) + ", object " + std::to_string(pair.object) + ": ";
+        if (!status) {
+            ++result.rejected;
+            problems[index] = where + status.message();
+        } else if (proof.answer == exact::Answer::undecided) {
+            ++result.undecided;
+        } else if (proof.answer == exact::Answer::visible) {
+            ++(proof.by_definition ? result.by_definition : result.visible);
+            result.visible_but_unlisted += !pair.listed;
+            if (!pair.listed)
+                problems[index] = where + "proved visible, but not listed";
+        } else {
+            ++result.hidden;
+            result.listed_but_hidden += pair.listed;
+            if (pair.listed)
+                problems[index] = where + "proved hidden, but listed";
+        }
+        if (job.progress)
+            job.progress({"certify", ++done, pairs.size(), "pairs"});
+    });
+    if (job.cancelled())
+        return Status(ErrorCode::cancelled, "stopped");
+    for (const std::string& problem : problems)
+        if (result.first_problem.empty())
+            result.first_problem = problem;
+    return result;
+}
+
+} // namespace antumbra
