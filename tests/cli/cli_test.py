@@ -1,0 +1,189 @@
+#!/usr/bin/env python3
+"""The command line as a script meets it: exit codes, messages, JSON keys, files; then every real scene, if there.
+
+usage: cli_test.py ANTUMBRA SOURCE_DIR
+"""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ANTUMBRA = sys.argv[1]
+SOURCE = pathlib.Path(sys.argv[2])
+SCENES = pathlib.Path(os.environ.get("ANTUMBRA_SCENES", SOURCE.parent / "shared" / "scenes"))
+
+
+def run(*arguments, code=0):
+    """Runs a command; returns (stdout, stderr). Fails unless it exits with `code`."""
+    done = subprocess.run([ANTUMBRA, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    if done.returncode != code:
+        raise AssertionError(f"{arguments}: exit {done.returncode}, not {code}\n{done.stdout}\n{done.stderr}")
+    return done.stdout, done.stderr
+
+
+def run_json(*arguments):
+    return json.loads(run(*arguments, "--json")[0])
+
+
+class Commands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.scene = os.path.join(cls.folder.name, "apartment.glb")
+        cls.pvs = os.path.join(cls.folder.name, "apartment.pvs")
+        run("generate", "apartment", "-o", cls.scene)
+        cls.baked = run_json("bake", cls.scene, "-o", cls.pvs, "--cells", "6x1x4", "--rays-per-cell", 4096)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def assert_one_line_error(self, code, *arguments, saying=()):
+        out, err = run(*arguments, code=code)
+        lines = [line for line in err.splitlines() if line.startswith("antumbra:")]
+        self.assertEqual(len(lines), 1, err)
+        self.assertEqual(out, "")
+        for text in saying:
+            self.assertIn(text, lines[0])
+
+    def test_every_command_has_help_with_an_example(self):
+        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull"):
+            self.assertIn("Example:", run(command, "--help")[0], command)
+
+    def test_wrong_usage_exits_2(self):
+        self.assert_one_line_error(2)
+        self.assert_one_line_error(2, "frobnicate")
+        self.assert_one_line_error(2, "bake", self.scene)
+        self.assert_one_line_error(2, "bake", self.scene, "-o", "x.pvs", "--cells", "3x3", saying=["--cells"])
+        self.assert_one_line_error(2, "query", self.pvs, "--eye", "1,2", saying=["--eye"])
+        self.assert_one_line_error(2, "generate", "castle", "-o", "x.glb", saying=["apartment"])
+
+    def test_bad_files_exit_1_and_name_the_file(self):
+        self.assert_one_line_error(1, "info", "/no/such.glb", saying=["/no/such.glb"])
+        bad = os.path.join(self.folder.name, "bad.glb")
+        data = pathlib.Path(self.scene).read_bytes()
+        pathlib.Path(bad).write_bytes(data[: len(data) // 2])
+        self.assert_one_line_error(1, "info", bad, saying=["bad.glb"])
+        damaged = os.path.join(self.folder.name, "damaged.pvs")
+        data = bytearray(pathlib.Path(self.pvs).read_bytes())
+        data[len(data) // 2] ^= 4
+        pathlib.Path(damaged).write_bytes(data)
+        self.assert_one_line_error(1, "query", damaged, "--eye", "1,1,1", saying=["damaged.pvs"])
+
+    def test_info_keys(self):
+        info = run_json("info", self.scene)
+        self.assertEqual(info["objects"], 159)
+        self.assertEqual(len(info["bounds"]), 2)
+        self.assertTrue({"triangles", "vertices", "findings"} <= info.keys())
+        for finding in info["findings"]:
+            self.assertTrue({"kind", "count", "example"} <= finding.keys())
+
+    def test_bake_keys(self):
+        keys = {"method", "guarantee", "granularity", "cells", "objects", "seconds", "cpu_seconds", "rays", "bytes",
+                "bits_per_pair", "mean_visible", "undecided", "miss_rate", "miss_rate_upper95", "pair_miss_at_s1"}
+        self.assertTrue(keys <= self.baked.keys(), keys - self.baked.keys())
+        self.assertEqual(self.baked["guarantee"], "aggressive")
+        self.assertEqual(self.baked["cells"], 24)
+        self.assertEqual(self.baked["bytes"], os.path.getsize(self.pvs))
+        self.assertGreaterEqual(self.baked["miss_rate_upper95"], self.baked["miss_rate"])
+        self.assertFalse(os.path.exists(self.pvs + ".part"))
+
+    def test_same_bytes_whatever_the_threads(self):
+        files = []
+        for threads in (1, 2, 5):
+            path = os.path.join(self.folder.name, f"threads{threads}.pvs")
+            run("bake", self.scene, "-o", path, "--cells", "3x1x2", "--rays-per-cell", 1024, "--threads", threads)
+            files.append(pathlib.Path(path).read_bytes())
+        self.assertEqual(files[0], files[1])
+        self.assertEqual(files[0], files[2])
+
+    def test_dry_run_writes_nothing(self):
+        path = os.path.join(self.folder.name, "dry.pvs")
+        plan = run_json("bake", self.scene, "-o", path, "--cells", "6x1x4", "--dry-run")
+        self.assertEqual(plan["cells_to_bake"], 24)
+        self.assertFalse(os.path.exists(path))
+
+    def test_where_limits_the_cells(self):
+        boxes = os.path.join(self.folder.name, "boxes.json")
+        pathlib.Path(boxes).write_text('[{"min":[1,1,1],"max":[2,2,2]}]')
+        path = os.path.join(self.folder.name, "where.pvs")
+        baked = run_json("bake", self.scene, "-o", path, "--where", boxes, "--cell-size", 0.5, "--rays-per-cell", 256)
+        self.assertEqual(baked["cells"], 8)
+        self.assertIsNone(run_json("query", path, "--eye", "5,1,3")["cell"])
+
+    def test_query_inside_and_outside(self):
+        inside = run_json("query", self.pvs, "--eye", "2,1.5,2")
+        self.assertIsNotNone(inside["cell"])
+        self.assertEqual(inside["guarantee"], "aggressive")
+        self.assertEqual(inside["count"], len(inside["visible"]))
+        self.assertTrue({"id", "node", "primitive", "instance", "name"} <= inside["visible"][0].keys())
+        out, err = run("query", self.pvs, "--eye", "100,0,0", "--json")
+        outside = json.loads(out)
+        self.assertIsNone(outside["cell"])
+        self.assertEqual(outside["count"], 159)
+        self.assertIn("note", err)
+
+    def test_verify_keys_and_another_scene_is_refused(self):
+        keys = {"viewpoints", "pixels", "false_invisible_objects", "false_invisible_pixels", "false_visible_objects", "worst"}
+        result = run_json("verify", self.scene, self.pvs, "--samples", 4)
+        self.assertTrue(keys <= result.keys())
+        other = os.path.join(self.folder.name, "other.glb")
+        run("generate", "office", "-o", other, "--triangles", 20000)
+        self.assert_one_line_error(1, "verify", other, self.pvs, saying=["another scene"])
+
+    def test_walk_keys(self):
+        report = os.path.join(self.folder.name, "report.html")
+        walk = run_json("walk", self.scene, "--pvs", self.pvs, "--frames", 4, "--report", report)
+        self.assertTrue({"scene", "frames", "width", "height", "methods"} <= walk.keys())
+        names = [method["name"] for method in walk["methods"]]
+        self.assertTrue({"none", "frustum", "pvs"} <= set(names), names)
+        keys = {"name", "guarantee", "cull_ms", "draw_ms", "frame_ms", "objects_reported", "objects_true",
+                "triangles_drawn", "culled_of_frustum", "false_visible_objects", "false_invisible_objects",
+                "false_invisible_pixels", "speedup_over_frustum"}
+        for method in walk["methods"]:
+            self.assertTrue(keys <= method.keys(), keys - method.keys())
+            if method["guarantee"] in ("exact", "conservative"):
+                self.assertEqual(method["false_invisible_pixels"], 0, method["name"])
+        page = pathlib.Path(report).read_text()
+        self.assertNotIn("src=\"http", page)
+        self.assertNotIn("href=\"http", page)
+
+    def test_trees_answer_and_are_verified(self):
+        path = os.path.join(self.folder.name, "tree.pvs")
+        baked = run_json("bake", self.scene, "-o", path, "--subdivision", "five", "--max-depth", 3,
+                         "--rays-per-cell", 1024, "--holdout-rays", 64)
+        self.assertGreater(baked["cells"], 8)
+        self.assertGreater(baked["rays_reused"], 0)
+        self.assertGreater(run_json("query", path, "--eye", "2,1.5,2")["count"], 10)
+        self.assertEqual(run_json("verify", self.scene, path, "--samples", 2)["viewpoints"], 2)
+
+
+@unittest.skipUnless(SCENES.is_dir(), "no real scenes beside the checkout")
+class RealScenes(unittest.TestCase):
+    def test_every_scene_goes_the_whole_way(self):
+        files = sorted(f for f in SCENES.rglob("*") if f.suffix in (".glb", ".obj") and ".brushes." not in f.name)
+        self.assertGreater(len(files), 10)
+        with tempfile.TemporaryDirectory() as folder:
+            pvs = os.path.join(folder, "scene.pvs")
+            for file in files:
+                with self.subTest(scene=file.name):
+                    self.assertGreater(run_json("info", file)["triangles"], 0)
+                    bake = run_json("bake", file, "-o", pvs, "--cells", "2x1x2", "--rays-per-cell", 1024,
+                                    "--holdout-rays", 64)
+                    self.assertEqual(bake["guarantee"], "aggressive")
+                    bounds = run_json("info", file)["bounds"]
+                    middle = ",".join(str((low + high) / 2) for low, high in zip(*bounds))
+                    self.assertGreaterEqual(run_json("query", pvs, "--eye=" + middle)["count"], 0)
+                    run_json("inspect", pvs)
+                    run_json("verify", file, pvs, "--samples", 1)
+                    walk = run_json("walk", file, "--pvs", pvs, "--frames", 2, "--size", "160x90", "--cull",
+                                    "none,frustum,pvs")
+                    frustum = [m for m in walk["methods"] if m["name"] == "frustum"][0]
+                    self.assertEqual(frustum["false_invisible_pixels"], 0)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
