@@ -168,6 +168,32 @@ TEST(Tracer, powers_of_two_in_the_direction_scale_t_exactly) {
     EXPECT_GT(hits, 100);
 }
 
+TEST(Tracer, powers_of_two_in_the_scene_scale_t_exactly) {
+    for (double power : {0x1p-45, 0x1p-10, 0x1p40}) {
+        Soup plain, scaled;
+        Random random(4);
+        for (int i = 0; i < 200; ++i) {
+            Vec3d a = soups::random_point(random, 10), b = a + soups::random_point(random, 3),
+                  c = a + soups::random_point(random, 3);
+            plain.add(a, b, c);
+            scaled.add(a * power, b * power, c * power);
+        }
+        Scene scene = plain.scene(), scaled_scene = scaled.scene();
+        ASSERT_EQ(scaled_scene.step(), scene.step() * power);
+        Tracer tracer = Tracer::build(scene), scaled_tracer = Tracer::build(scaled_scene);
+        int hits = 0;
+        for (int i = 0; i < 500; ++i) {
+            Ray ray{soups::random_point(random, 12), soups::random_direction(random)};
+            Hit hit = tracer.first_hit(ray),
+                other = scaled_tracer.first_hit({ray.origin * power, ray.direction});
+            ASSERT_EQ(other.triangle, hit.triangle);
+            ASSERT_EQ(other.t, hit.t * power);
+            hits += bool(hit);
+        }
+        EXPECT_GT(hits, 100);
+    }
+}
+
 TEST(Tracer, hits_from_far_away) {
     Soup soup;
     soup.add({-1, -1, 0}, {1, -1, 0}, {0, 1, 0});
