@@ -153,7 +153,7 @@ struct WalkResult {
     std::vector<std::string> notes; ///< what the reader of the numbers should know
 };
 
-/// Walks `path` (local coordinates) with every method. First the truth of each frame and the judgement of each
+/// Walks `path` (local coordinates; its aspects, near and far planes are not read) with every method. First the truth of each frame and the judgement of each
 /// method's answer; then `repeat` timed walks in which all methods cull and draw each frame one after the other, in
 /// turning order, so that noise hits all alike. Everything but the times is a pure function of the arguments.
 Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const WalkOptions& options = {},

@@ -133,6 +133,9 @@ class Walk {
     View view_of(std::size_t f) const {
         View view = path_[f];
         view.aspect = double(options_.width) / options_.height;
+        // The truth knows no near and far planes, and judges by what it knows.
+        view.near_plane = 0;
+        view.far_plane = std::numeric_limits<double>::infinity();
         return view;
     }
 

@@ -178,6 +178,27 @@ TEST(Plan, CutsTheWallAndShowsTheFloors) {
     EXPECT_EQ(pixels[i + plan.width * j], 1u + 8 * 3 + 6);
 }
 
+TEST(Plan, UnderTheOpenSkyTheSceneIsSeenWhole) {
+    Scene scene = test::SceneMaker()
+                      .object("ground")
+                      .quad({-20, 0, 20}, {20, 0, 20}, {20, 0, -20}, {-20, 0, -20})
+                      .object("tower")
+                      .box({4, 0, -1}, {6, 10, 1})
+                      .scene();
+    View view;
+    view.eye = scene.to_local({0, 1.6, 0});
+    view.target = scene.to_local({5, 1.6, 0});
+    WalkOptions walk_options;
+    walk_options.draw = false;
+    walk_options.width = walk_options.height = 16;
+    auto result = walk(scene, std::vector<View>{view}, walk_options);
+    ASSERT_TRUE(result);
+    Tracer tracer = Tracer::build(scene);
+    Plans plans = make_plans(tracer, *result, 32, {});
+    EXPECT_TRUE(plans.outdoors);
+    EXPECT_GE(scene.to_world({0, plans.plans.at(0).cut, 0}).y, 10);
+}
+
 TEST(ImageCoding, Base64OfTheStandard) {
     auto encode = [](const std::string& text) {
         return to_base64(std::as_bytes(std::span(text.data(), text.size())));

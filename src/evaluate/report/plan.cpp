@@ -88,6 +88,16 @@ std::vector<double> storeys(const WalkResult& result, double head_height) {
     return tops;
 }
 
+/// Is most of the walk under the open sky? Then the scene is shown whole: buildings are known by their roofs.
+bool is_outdoors(const Tracer& tracer, const WalkResult& result) {
+    std::size_t covered = 0;
+    for (const WalkFrame& frame : result.frames) {
+        bool back = false;
+        covered += bool(tracer.nearest_surface({frame.view.eye, {0, 1, 0}}, back));
+    }
+    return covered * 2 < result.frames.size();
+}
+
 Plan draw_plan(const Tracer& tracer, const Box3d& region, double cut, std::uint32_t pixels, const Job& job) {
     Vec3d size = region.size();
     Plan plan;
@@ -111,8 +121,12 @@ Plan draw_plan(const Tracer& tracer, const Box3d& region, double cut, std::uint3
 
 Plans make_plans(const Tracer& tracer, const WalkResult& result, std::uint32_t pixels, const Job& job) {
     Box3d region = region_of(tracer.scene(), result);
-    std::vector<double> tops = storeys(result, head_height(tracer, result));
+    bool outdoors = is_outdoors(tracer, result);
+    std::vector<double> tops = outdoors ? std::vector<double>{double(tracer.scene().local_bounds().max.y)}
+                                        : storeys(result, head_height(tracer, result));
+    tops.back() = std::max(tops.back(), region.max.y);
     Plans plans;
+    plans.outdoors = outdoors;
     std::vector<std::uint32_t> plan_of_storey(tops.size(), kNoPlan);
     for (const WalkFrame& frame : result.frames) {
         auto storey = std::size_t(std::lower_bound(tops.begin(), tops.end(), frame.view.eye.y) - tops.begin());

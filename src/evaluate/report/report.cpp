@@ -245,6 +245,7 @@ Result<std::string> make_report(const Scene& scene, const Pvs* pvs, const WalkRe
     data["frames"] = frame_columns(scene, pvs, result, plans);
     data["snapshots"] = snapshot_list(scene, result);
     data["plans"] = plan_list(plans);
+    data["outdoors"] = plans.outdoors;
     data["pictures"] = picture_list(pictures);
     std::string json = script_json(data);
     std::string title = escape_html(file_name(scene.source()) + " - Antumbra walk");

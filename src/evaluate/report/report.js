@@ -158,10 +158,13 @@
       const box = element('div', { class: 'plot' }, element('h3', {}, spec.title));
       place.append(box);
       const axis = { stroke: colour('muted'), grid: { stroke: colour('line'), width: 1 }, ticks: { stroke: colour('line'), width: 1 } };
+      // Lines at the powers of ten only.
+      const decades = (u, ticks) => ticks.map((tick) => (Math.abs(Math.log10(tick) - Math.round(Math.log10(tick))) < 1e-9 ? tick : null));
+      const yAxis = spec.logarithmic ? { ...axis, grid: { ...axis.grid, filter: decades }, ticks: { ...axis.ticks, filter: decades } } : axis;
       const plot = new uPlot({
         width: box.clientWidth - 16, height: 220, cursor: { sync: { key: sync.key }, drag: { x: true, y: false } },
         scales: { x: { time: false }, y: spec.logarithmic ? { distr: 3 } : { range: (u, low, high) => [0, high > 0 ? high * 1.05 : 1] } },
-        axes: [axis, { ...axis, size: 62, values: (u, ticks) => ticks.map((tick) => (tick === null ? '' : short(tick))) }],
+        axes: [axis, { ...yAxis, size: 62, values: (u, ticks) => ticks.map((tick) => (tick === null ? '' : short(tick))) }],
         hooks: { draw: [markFrame] },
         series: [{ label: 'frame' }, ...spec.series.map((one) => ({
           label: one.label, stroke: one.dash ? colour('muted') : colour('series-' + one.colour % 8), width: 1.5, dash: one.dash,
@@ -302,6 +305,9 @@
     return k >= 0 ? k : frustum;
   };
   const setUpPlan = () => {
+    byId('plan-lead').textContent = (data.outdoors ? 'The scene from above. '
+      : "The scene cut open a little above the viewer's eyes. Muted patches are solid matter that the cut runs through. ") +
+      'Each object has the colour of what became of it at this frame' + (data.pvs ? '; the dashed frame is the baked cell.' : '.');
     choices(byId('plan-method'), methods.map((method) => method.name), interesting());
     byId('plan-frame').max = frameCount - 1;
     byId('plan-frame').addEventListener('input', (event) => showFrame(Number(event.target.value)));
