@@ -45,7 +45,9 @@ std::vector<std::string> choose_methods(const WalkArguments& arguments) {
     return methods;
 }
 
-Json triple(const Vec3d& v) { return {v.x, v.y, v.z}; }
+Json triple(const Vec3d& v) {
+    return {v.x, v.y, v.z};
+}
 
 Status save_path(const Scene& scene, std::span<const View> path, const std::string& file) {
     Json frames = Json::array();
@@ -83,7 +85,9 @@ Result<FoundPath> read_path(const WalkArguments& arguments, const Scene& scene) 
     return path;
 }
 
-Json number(double value) { return value < 0 ? Json(nullptr) : Json(value); }
+Json number(double value) {
+    return value < 0 ? Json(nullptr) : Json(value);
+}
 
 Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result) {
     Json document;
@@ -107,27 +111,29 @@ Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result
     document["ceiling_speedup"] = number(result.ceiling_speedup);
     document["methods"] = Json::array();
     for (const WalkMethod& method : result.methods)
-        document["methods"].push_back({{"name", method.name},
-                                       {"guarantee", to_string(method.guarantee)},
-                                       {"cull_ms",
-                                        {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
-                                       {"draw_ms", {{"median", number(method.draw_ms_median)}}},
-                                       {"frame_ms", {{"median", number(method.frame_ms_median)}}},
-                                       {"objects_reported", method.objects_reported},
-                                       {"objects_true", result.objects_true},
-                                       {"triangles_drawn", method.triangles_drawn},
-                                       {"culled_of_frustum", method.culled_of_frustum},
-                                       {"false_visible_objects", method.false_visible_objects},
-                                       {"false_invisible_objects", method.false_invisible_objects},
-                                       {"false_invisible_pixels", method.false_invisible_pixels},
-                                       {"grazing_pixels", method.grazing_pixels},
-                                       {"unconfirmed_pixels", method.unconfirmed_pixels},
-                                       {"speedup_over_frustum", number(method.speedup_over_frustum)}});
+        document["methods"].push_back(
+            {{"name", method.name},
+             {"guarantee", to_string(method.guarantee)},
+             {"cull_ms", {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
+             {"draw_ms", {{"median", number(method.draw_ms_median)}}},
+             {"frame_ms", {{"median", number(method.frame_ms_median)}}},
+             {"objects_reported", method.objects_reported},
+             {"objects_true", result.objects_true},
+             {"triangles_drawn", method.triangles_drawn},
+             {"culled_of_frustum", method.culled_of_frustum},
+             {"false_visible_objects", method.false_visible_objects},
+             {"false_invisible_objects", method.false_invisible_objects},
+             {"false_invisible_pixels", method.false_invisible_pixels},
+             {"grazing_pixels", method.grazing_pixels},
+             {"unconfirmed_pixels", method.unconfirmed_pixels},
+             {"speedup_over_frustum", number(method.speedup_over_frustum)}});
     document["notes"] = result.notes;
     return document;
 }
 
-std::string cell(double value, int digits) { return value < 0 ? "-" : fmt::format("{:.{}f}", value, digits); }
+std::string cell(double value, int digits) {
+    return value < 0 ? "-" : fmt::format("{:.{}f}", value, digits);
+}
 
 void print_text(const Scene& scene, const FoundPath& path, const WalkResult& result) {
     fmt::print("scene      {}: {} objects, {} triangles\n", scene.source(), scene.objects().size(),
@@ -135,9 +141,10 @@ void print_text(const Scene& scene, const FoundPath& path, const WalkResult& res
     fmt::print("path       {} frames, {}\n", result.frames.size(), path.description);
     fmt::print("truth      {:.1f} objects seen per frame, by {} rays\n", result.objects_true, result.truth_pixels);
     if (!result.renderer.empty())
-        fmt::print("drawing    {} x {}, {}\n           empty frame {} ms, only what is seen {} ms: {} times frustum at most\n",
-                   result.width, result.height, result.renderer, cell(result.empty_ms_median, 2),
-                   cell(result.ceiling_ms_median, 2), cell(result.ceiling_speedup, 2));
+        fmt::print(
+            "drawing    {} x {}, {}\n           empty frame {} ms, only what is seen {} ms: {} times frustum at most\n",
+            result.width, result.height, result.renderer, cell(result.empty_ms_median, 2),
+            cell(result.ceiling_ms_median, 2), cell(result.ceiling_speedup, 2));
     fmt::print("\n{:<16}{:>10}{:>10}{:>10}{:>10}{:>11}{:>11}{:>9}{:>9}{:>10}{:>9}\n", "method", "cull ms", "p99 ms",
                "draw ms", "frame ms", "reported", "triangles", "culled", "f.vis.", "lost px", "speed-up");
     for (const WalkMethod& method : result.methods)
@@ -168,17 +175,18 @@ int finish(const WalkArguments& arguments, const Scene& scene, const Pvs* pvs, c
             fmt::print("\nreport     {}\n", arguments.report);
     }
     if (const WalkMethod* broken = find_broken_promise(result))
-        return fail({ErrorCode::internal,
-                     fmt::format("{}: method '{}' promises to be {}, but lost {} confirmed pixels of {} objects; please "
-                                 "report this with the scene and the camera path",
-                                 arguments.scene.path, broken->name, to_string(broken->guarantee),
-                                 broken->false_invisible_pixels, broken->false_invisible_objects)});
+        return fail(
+            {ErrorCode::internal,
+             fmt::format("{}: method '{}' promises to be {}, but lost {} confirmed pixels of {} objects; please "
+                         "report this with the scene and the camera path",
+                         arguments.scene.path, broken->name, to_string(broken->guarantee),
+                         broken->false_invisible_pixels, broken->false_invisible_objects)});
     return 0;
 }
 
 int run_walk(WalkArguments& arguments) {
-    if (int end = 0; std::sscanf(arguments.size.c_str(), "%ux%u%n", &arguments.options.width,
-                                 &arguments.options.height, &end) != 2 ||
+    if (int end = 0; std::sscanf(arguments.size.c_str(), "%ux%u%n", &arguments.options.width, &arguments.options.height,
+                                 &end) != 2 ||
                      std::size_t(end) != arguments.size.size())
         return fail({ErrorCode::usage, "--size wants WIDTHxHEIGHT such as 640x360, not '" + arguments.size + "'"});
     Result<Scene> scene = arguments.scene.load();
@@ -231,8 +239,9 @@ void add_walk(CLI::App& app) {
         ->capture_default_str();
     command.add_option("--save-path", arguments->save_path, "Write the camera path that was walked as .json");
     command.add_option("--frames", arguments->frames, "Frames [auto: 120; a file: all of it]");
-    command.add_option("--eye-height", arguments->path_options.eye_height,
-                       "For auto: scene units above the floor [guessed]")
+    command
+        .add_option("--eye-height", arguments->path_options.eye_height,
+                    "For auto: scene units above the floor [guessed]")
         ->check(CLI::PositiveNumber);
     command.add_option("--size", arguments->size, "Width and height of the picture")->capture_default_str();
     std::string known;

@@ -27,7 +27,7 @@ struct VerifyOptions {
     std::uint32_t samples = 200;  ///< viewpoints
     std::uint32_t face_size = 64; ///< a viewpoint sees six square pictures of that many pixels squared
     std::uint64_t seed = 1;
-    std::uint32_t worst = 20;     ///< longest list of the worst
+    std::uint32_t worst = 20; ///< longest list of the worst
 };
 
 /// An object that was seen from a viewpoint and is not in the answer for it.
@@ -57,16 +57,15 @@ struct VerifyResult {
 /// Random viewpoints, uniform over the baked cells, each with a full panorama; a view tree is asked face by face, so
 /// that what it knows about directions is verified too. Refuses what check_belongs() refuses. The result is
 /// a function of the arguments alone. ErrorCode::usage if no baked cell holds a viewpoint.
-Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOptions& options = {},
-                            const Job& job = {});
+Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOptions& options = {}, const Job& job = {});
 
 // -- walk: methods of culling along a camera path ------------------------------------------------------------------
 
 struct PathOptions {
     std::uint32_t frames = 120;
     std::uint64_t seed = 1;
-    double eye_height = 0;    ///< above the floor, scene units; 0: guessed from the heights of the rooms
-    double step = 0;          ///< way from frame to frame, scene units; 0: at most half the eye height
+    double eye_height = 0; ///< above the floor, scene units; 0: guessed from the heights of the rooms
+    double step = 0;       ///< way from frame to frame, scene units; 0: at most half the eye height
     double fov_y_deg = 60;
 };
 
@@ -98,23 +97,23 @@ struct WalkSample {
     double cull_ms = -1, draw_ms = -1;
     std::uint32_t objects_reported = 0;
     std::uint64_t triangles_drawn = 0;
-    std::uint32_t false_visible_objects = 0;   ///< reported, but in no pixel
-    std::uint32_t false_invisible_objects = 0; ///< in a confirmed pixel, but not reported
-    std::uint64_t false_invisible_pixels = 0;  ///< confirmed by exact arithmetic
+    std::uint32_t false_visible_objects = 0;                  ///< reported, but in no pixel
+    std::uint32_t false_invisible_objects = 0;                ///< in a confirmed pixel, but not reported
+    std::uint64_t false_invisible_pixels = 0;                 ///< confirmed by exact arithmetic
     std::uint64_t grazing_pixels = 0, unconfirmed_pixels = 0; ///< against the method, but not confirmed
-    std::uint32_t culled_of_frustum = 0;       ///< objects that `frustum` reports and this method does not
+    std::uint32_t culled_of_frustum = 0; ///< objects that `frustum` reports and this method does not
 
     double frame_ms() const { return draw_ms < 0 ? -1 : cull_ms + draw_ms; }
 };
 
 struct WalkFrame {
-    View view;               ///< local
-    bool in_matter = false;  ///< no viewpoint by the rule of the bake: a baked answer promises nothing here
+    View view;              ///< local
+    bool in_matter = false; ///< no viewpoint by the rule of the bake: a baked answer promises nothing here
     std::uint32_t objects_true = 0, objects_in_frustum = 0;
     std::uint64_t triangles_true = 0; ///< of the true objects, all their triangles
-    double empty_ms = -1;    ///< drawing nothing
-    double ceiling_ms = -1;  ///< drawing the true objects alone: no culling of objects draws faster
-    std::vector<WalkSample> methods; ///< as WalkResult::methods
+    double empty_ms = -1;             ///< drawing nothing
+    double ceiling_ms = -1;           ///< drawing the true objects alone: no culling of objects draws faster
+    std::vector<WalkSample> methods;  ///< as WalkResult::methods
 };
 
 /// A method over the whole walk. Means per frame, the false invisible as totals.
@@ -142,20 +141,21 @@ struct WalkResult {
     std::vector<WalkMethod> methods;
     std::vector<WalkFrame> frames;
     std::vector<WalkSnapshot> snapshots; ///< evenly spread over the frames, as many as the bound allows
-    std::vector<WalkSnapshot> notable; ///< at most three frames: most culled, most pixels lost, most triangles seen
-    double objects_true = 0, triangles_true = 0;             ///< means per frame
+    std::vector<WalkSnapshot> notable;   ///< at most three frames: most culled, most pixels lost, most triangles seen
+    double objects_true = 0, triangles_true = 0; ///< means per frame
     double empty_ms_median = -1, ceiling_ms_median = -1;
     double ceiling_speedup = -1; ///< of the ceiling over `frustum`, culling for free
     std::uint64_t truth_pixels = 0;
     std::uint32_t frames_in_matter = 0;
-    double occluder_seconds = 0;         ///< finding the scene's occluders, once before the walk
-    std::string renderer;   ///< of the draw times; empty: nothing was drawn
+    double occluder_seconds = 0;    ///< finding the scene's occluders, once before the walk
+    std::string renderer;           ///< of the draw times; empty: nothing was drawn
     std::vector<std::string> notes; ///< what the reader of the numbers should know
 };
 
-/// Walks `path` (local coordinates; its aspects, near and far planes are not read) with every method. First the truth of each frame and the judgement of each
-/// method's answer; then `repeat` timed walks in which all methods cull and draw each frame one after the other, in
-/// turning order, so that noise hits all alike. Everything but the times is a pure function of the arguments.
+/// Walks `path` (local coordinates; its aspects, near and far planes are not read) with every method. First the truth
+/// of each frame and the judgement of each method's answer; then `repeat` timed walks in which all methods cull and
+/// draw each frame one after the other, in turning order, so that noise hits all alike. Everything but the times is a
+/// pure function of the arguments.
 Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const WalkOptions& options = {},
                         const Job& job = {});
 
@@ -163,8 +163,8 @@ Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const Wa
 const WalkMethod* find_broken_promise(const WalkResult& result);
 
 struct ReportOptions {
-    std::string path_description;     ///< of FoundPath
-    std::uint32_t plan_pixels = 640;  ///< along the longer side of the view from above
+    std::string path_description;    ///< of FoundPath
+    std::uint32_t plan_pixels = 640; ///< along the longer side of the view from above
 };
 
 /// The walk as one HTML page that opens from disk and loads nothing: tables, plots, pictures with culling off and on,

@@ -108,8 +108,8 @@ void tread(const Walkable& walkable, std::uint32_t place, int reach, std::vector
 }
 
 /// Legs from goal to goal until there are `steps` steps.
-std::vector<std::uint32_t> make_tour(const Tracer& tracer, const Walkable& walkable, std::uint32_t component, std::uint32_t steps,
-                                     std::uint64_t seed) {
+std::vector<std::uint32_t> make_tour(const Tracer& tracer, const Walkable& walkable, std::uint32_t component,
+                                     std::uint32_t steps, std::uint64_t seed) {
     std::vector<std::uint32_t> members;
     for (std::uint32_t p = 0; p < walkable.places.size(); ++p)
         if (walkable.places[p].component == component)

@@ -19,8 +19,7 @@ Ray ray_of(const PixelRays& rays, const ItemOptions& options, std::uint32_t x, s
 
 } // namespace
 
-ItemBuffer ItemBuffer::render(const Tracer& tracer, const PixelRays& rays, const ItemOptions& options,
-                              const Job& job) {
+ItemBuffer ItemBuffer::render(const Tracer& tracer, const PixelRays& rays, const ItemOptions& options, const Job& job) {
     struct Row {
         std::vector<std::uint32_t> triangles, end;
     };
@@ -47,7 +46,9 @@ ItemBuffer ItemBuffer::render(const Tracer& tracer, const PixelRays& rays, const
     return buffer;
 }
 
-Ray ItemBuffer::ray(std::uint32_t x, std::uint32_t y) const { return ray_of(rays_, options_, x, y); }
+Ray ItemBuffer::ray(std::uint32_t x, std::uint32_t y) const {
+    return ray_of(rays_, options_, x, y);
+}
 
 void mark_seen(const Scene& scene, const ItemBuffer& buffer, std::span<std::uint64_t> bits) {
     for (std::uint32_t y = 0; y < buffer.height(); ++y)

@@ -37,7 +37,8 @@ class ViewpointSource {
     std::optional<Viewpoint> draw(std::uint32_t sample, PvsCursor& cursor, std::uint64_t& in_matter) const {
         Random random(seed_, sample);
         for (std::uint32_t k = 0; k < kMostDraws; ++k) {
-            Box3d box = baked_.empty() ? pvs_.tree().bounds : pvs_.grid().cell(baked_[random.next_u64() % baked_.size()]);
+            Box3d box =
+                baked_.empty() ? pvs_.tree().bounds : pvs_.grid().cell(baked_[random.next_u64() % baked_.size()]);
             Viewpoint viewpoint;
             for (int axis = 0; axis < 3; ++axis)
                 viewpoint.world[axis] = random.uniform(box.min[axis], box.max[axis]);
@@ -157,8 +158,7 @@ void keep_worst(std::vector<FalseInvisible>& worst, std::uint32_t count) {
 Status check_belongs(const Scene& scene, const Pvs& pvs) {
     if (pvs.scene_fingerprint() == scene.fingerprint() && pvs.object_count() == scene.objects().size())
         return {};
-    if (pvs.structure_fingerprint() != scene.structure_fingerprint() ||
-        pvs.object_count() != scene.objects().size())
+    if (pvs.structure_fingerprint() != scene.structure_fingerprint() || pvs.object_count() != scene.objects().size())
         return {ErrorCode::mismatch, "was baked from another scene (" + std::to_string(pvs.object_count()) +
                                          " objects, here " + std::to_string(scene.objects().size()) +
                                          "); bake this scene again"};

@@ -8,10 +8,10 @@
 namespace antumbra {
 namespace {
 
-constexpr int kMostSurfaces = 64; ///< of one column
-constexpr double kFlat = 0.7;     ///< least upward part of a floor's unit normal
-constexpr double kKnee = 0.4;     ///< of the eye height
-constexpr double kHeadroom = 1.1; ///< of the eye height
+constexpr int kMostSurfaces = 64;     ///< of one column
+constexpr double kFlat = 0.7;         ///< least upward part of a floor's unit normal
+constexpr double kKnee = 0.4;         ///< of the eye height
+constexpr double kHeadroom = 1.1;     ///< of the eye height
 constexpr double kHighestStep = 0.45; ///< of the eye height
 
 struct Floor {

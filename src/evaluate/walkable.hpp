@@ -35,7 +35,8 @@ struct Walkable {
 
 /// A floor is an occluding surface that is drawn from above, no steeper than 45 degrees, with room for a head and,
 /// by the rule of the bake, outside solid matter. Two places are neighbours if the step between them is low and
-/// nothing crosses the way at eye or knee height. A guessed eye height is lowered until doors can be passed. A pure function of the scene and the options.
+/// nothing crosses the way at eye or knee height. A guessed eye height is lowered until doors can be passed. A pure
+/// function of the scene and the options.
 Walkable find_walkable(const Tracer& tracer, const WalkableOptions& options, const Job& job);
 
 /// Is the ball of `radius` around `point` (local) free of surfaces, as far as 14 rays tell?

@@ -1,5 +1,5 @@
-#include "evaluate/gl/drawing.hpp"
 #include "base/random.hpp"
+#include "evaluate/gl/drawing.hpp"
 #include "evaluate/item_buffer.hpp"
 #include "support/make_scene.hpp"
 

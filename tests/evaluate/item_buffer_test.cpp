@@ -144,7 +144,8 @@ TEST(PixelRays, CubeFacesTogetherSeeEveryDirectionOnce) {
     static constexpr int faces[6][4] = {{5, 7, 3, 1}, {2, 6, 4, 0}, {3, 7, 6, 2},
                                         {4, 5, 1, 0}, {6, 7, 5, 4}, {1, 3, 2, 0}};
     for (const auto& f : faces)
-        maker.object("face", kOccludes | kDoubleSided).quad(b.corner(f[0]), b.corner(f[1]), b.corner(f[2]), b.corner(f[3]));
+        maker.object("face", kOccludes | kDoubleSided)
+            .quad(b.corner(f[0]), b.corner(f[1]), b.corner(f[2]), b.corner(f[3]));
     Scene scene = maker.scene();
     Tracer tracer = Tracer::build(scene);
     for (int face = 0; face < 6; ++face) {

@@ -8,9 +8,15 @@
 namespace antumbra {
 namespace {
 
-TEST(Metrics, MedianOfOddIsTheMiddle) { EXPECT_EQ(median({9, 1, 4}), 4); }
-TEST(Metrics, MedianOfEvenIsTheMeanOfTheMiddleTwo) { EXPECT_EQ(median({9, 1, 4, 6}), 5); }
-TEST(Metrics, MedianOfNothingIsNotMeasured) { EXPECT_EQ(median({}), -1); }
+TEST(Metrics, MedianOfOddIsTheMiddle) {
+    EXPECT_EQ(median({9, 1, 4}), 4);
+}
+TEST(Metrics, MedianOfEvenIsTheMeanOfTheMiddleTwo) {
+    EXPECT_EQ(median({9, 1, 4, 6}), 5);
+}
+TEST(Metrics, MedianOfNothingIsNotMeasured) {
+    EXPECT_EQ(median({}), -1);
+}
 TEST(Metrics, PercentileIsAValueThatOccurred) {
     EXPECT_EQ(percentile({10, 20, 30, 40}, 0.5), 20);
     EXPECT_EQ(percentile({10, 20, 30, 40}, 0.99), 40);

@@ -87,8 +87,9 @@ Json data_of(const std::string& page) {
 
 TEST(Report, LoadsNothing) {
     std::string page = page_of_two_rooms(0b0010, true);
-    for (const char* load : {R"((src|href|action|poster|srcset)\s*=\s*["']?\s*(https?:|//))", R"(url\(\s*["']?(https?:|//))",
-                             R"(@import)", R"(\b(fetch|importScripts|XMLHttpRequest|WebSocket|EventSource|sendBeacon)\s*\()"})
+    for (const char* load :
+         {R"((src|href|action|poster|srcset)\s*=\s*["']?\s*(https?:|//))", R"(url\(\s*["']?(https?:|//))", R"(@import)",
+          R"(\b(fetch|importScripts|XMLHttpRequest|WebSocket|EventSource|sendBeacon)\s*\()"})
         EXPECT_FALSE(std::regex_search(page, std::regex(load))) << load;
     EXPECT_EQ(page.find("{{"), std::string::npos);
 }
@@ -131,10 +132,11 @@ TEST(Report, RunsInABrowser) {
         GTEST_SKIP() << "no chromium";
     Folder folder;
     ASSERT_TRUE(write_file_atomically(folder / "page.html", page_of_two_rooms(0b0010, true)));
-    Output dom = run("timeout 60 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-sync "
-                     "--disable-background-networking --disable-component-update --virtual-time-budget=4000 "
-                     "--enable-logging=stderr --user-data-dir='" + (folder / "profile") + "' --dump-dom 'file://" +
-                     (folder / "page.html") + "' 2>'" + (folder / "log") + "'");
+    Output dom =
+        run("timeout 60 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-sync "
+            "--disable-background-networking --disable-component-update --virtual-time-budget=4000 "
+            "--enable-logging=stderr --user-data-dir='" +
+            (folder / "profile") + "' --dump-dom 'file://" + (folder / "page.html") + "' 2>'" + (folder / "log") + "'");
     ASSERT_EQ(dom.code, 0);
     EXPECT_NE(dom.text.find("data-ready=\"yes\""), std::string::npos) << "the script did not reach its end";
     EXPECT_NE(dom.text.find("pvs broke its promise"), std::string::npos);
@@ -200,9 +202,7 @@ TEST(Plan, UnderTheOpenSkyTheSceneIsSeenWhole) {
 }
 
 TEST(ImageCoding, Base64OfTheStandard) {
-    auto encode = [](const std::string& text) {
-        return to_base64(std::as_bytes(std::span(text.data(), text.size())));
-    };
+    auto encode = [](const std::string& text) { return to_base64(std::as_bytes(std::span(text.data(), text.size()))); };
     EXPECT_EQ(encode(""), "");
     EXPECT_EQ(encode("f"), "Zg==");
     EXPECT_EQ(encode("fo"), "Zm8=");
@@ -219,7 +219,8 @@ TEST(ImageCoding, PngBeginsAsPngsDo) {
 /// The flat of a few triangles as a file, for the command.
 std::string write_room(const Folder& folder) {
     std::string obj = "o room\nv 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 0 4\nv 0 3 0\nv 4 3 0\nv 4 3 4\nv 0 3 4\n"
-                      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\no thing\nv 1 0 1\nv 2 0 1\nv 1.5 1 1\nf 9 10 11\n";
+                      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\no thing\nv 1 0 1\nv 2 0 1\nv "
+                      "1.5 1 1\nf 9 10 11\n";
     EXPECT_TRUE(write_file_atomically(folder / "room.obj", obj));
     return folder / "room.obj";
 }
@@ -239,8 +240,9 @@ TEST(WalkCommand, PrintsTheKeysThatScriptsRelyOn) {
     EXPECT_EQ(document["width"], 64);
     ASSERT_EQ(document["methods"].size(), 2u);
     for (const Json& method : document["methods"]) {
-        for (const char* key : {"name", "guarantee", "objects_reported", "objects_true", "triangles_drawn", "culled_of_frustum",
-                                "false_visible_objects", "false_invisible_objects", "false_invisible_pixels", "speedup_over_frustum"})
+        for (const char* key :
+             {"name", "guarantee", "objects_reported", "objects_true", "triangles_drawn", "culled_of_frustum",
+              "false_visible_objects", "false_invisible_objects", "false_invisible_pixels", "speedup_over_frustum"})
             EXPECT_TRUE(method.contains(key)) << key;
         EXPECT_GT(method["cull_ms"]["median"], 0);
         EXPECT_TRUE(method["cull_ms"].contains("p99"));
@@ -267,16 +269,19 @@ TEST(WalkCommand, WrongUsageIsTwo) {
 TEST(VerifyCommand, PrintsTheKeysAndRefusesAnotherScene) {
     Folder folder;
     std::string scene = write_room(folder);
-    std::string bake = kProgram + " bake '" + scene + "' --cells 2x1x2 --rays-per-cell 2048 -o '" + (folder / "room.pvs") +
-                       "' 2>/dev/null >/dev/null";
+    std::string bake = kProgram + " bake '" + scene + "' --cells 2x1x2 --rays-per-cell 2048 -o '" +
+                       (folder / "room.pvs") + "' 2>/dev/null >/dev/null";
     ASSERT_EQ(run(bake).code, 0);
-    Output output = run(kProgram + " verify '" + scene + "' '" + (folder / "room.pvs") + "' --samples 10 --json 2>/dev/null");
+    Output output =
+        run(kProgram + " verify '" + scene + "' '" + (folder / "room.pvs") + "' --samples 10 --json 2>/dev/null");
     ASSERT_EQ(output.code, 0);
     Json document = Json::parse(output.text);
-    for (const char* key : {"viewpoints", "pixels", "false_invisible_objects", "false_invisible_pixels", "false_visible_objects", "worst"})
+    for (const char* key : {"viewpoints", "pixels", "false_invisible_objects", "false_invisible_pixels",
+                            "false_visible_objects", "worst"})
         EXPECT_TRUE(document.contains(key)) << key;
     EXPECT_EQ(document["viewpoints"], 10);
-    Output sides = run(kProgram + " verify '" + scene + "' '" + (folder / "room.pvs") + "' --ignore thing 2>&1 >/dev/null");
+    Output sides =
+        run(kProgram + " verify '" + scene + "' '" + (folder / "room.pvs") + "' --ignore thing 2>&1 >/dev/null");
     EXPECT_EQ(sides.code, 1);
     EXPECT_NE(sides.text.find("another scene"), std::string::npos) << sides.text;
 }

@@ -64,8 +64,11 @@ PvsData leaves_by_direction(const Scene& scene) {
     data.tree.bounds = data.grid.bounds;
     data.grid = {};
     data.cell_row.clear();
-    data.tree.nodes = {{0, kViewSteps / 2, 2}, {ViewNode::kLeaf, 0, 0}, {3, kViewSteps / 2, 4},
-                       {ViewNode::kLeaf, 0, 1}, {ViewNode::kLeaf, 0, 2}};
+    data.tree.nodes = {{0, kViewSteps / 2, 2},
+                       {ViewNode::kLeaf, 0, 0},
+                       {3, kViewSteps / 2, 4},
+                       {ViewNode::kLeaf, 0, 1},
+                       {ViewNode::kLeaf, 0, 2}};
     data.row_count = 3;
     data.rows = {0b0101, 0b1010, 0b1010};
     return data;

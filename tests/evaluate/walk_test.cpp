@@ -90,7 +90,8 @@ TEST(Walk, FourTimesTheTruthSeesFourTimesTheLostPixels) {
     auto twice = walk(scene, path_in(scene), options);
     ASSERT_TRUE(once && twice);
     EXPECT_EQ(twice->truth_pixels, 4 * once->truth_pixels);
-    double ratio = double(method(*twice, "pvs").false_invisible_pixels) / double(method(*once, "pvs").false_invisible_pixels);
+    double ratio =
+        double(method(*twice, "pvs").false_invisible_pixels) / double(method(*once, "pvs").false_invisible_pixels);
     EXPECT_NEAR(ratio, 4, 0.4);
 }
 

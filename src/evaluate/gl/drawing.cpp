@@ -131,8 +131,7 @@ struct Drawing::State {
         gl().VertexAttribPointer(kPosition, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
         gl().EnableVertexAttribArray(kPosition);
         gl().BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[1]);
-        gl().BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr(triangles.size_bytes()), triangles.data(),
-                        GL_STATIC_DRAW);
+        gl().BufferData(GL_ELEMENT_ARRAY_BUFFER, GLsizeiptr(triangles.size_bytes()), triangles.data(), GL_STATIC_DRAW);
     }
 
     Status make_framebuffer() {
@@ -189,9 +188,9 @@ struct Drawing::State {
                 continue;
             const Object& object = scene->objects()[o];
             set_colour(o, style, group.occludes);
-            gl().DrawElements(GL_TRIANGLES, GLsizei(object.triangle_count * 3), GL_UNSIGNED_INT,
-                              reinterpret_cast<const void*>(std::uintptr_t(object.first_triangle) *
-                                                            sizeof(TriangleIndices)));
+            gl().DrawElements(
+                GL_TRIANGLES, GLsizei(object.triangle_count * 3), GL_UNSIGNED_INT,
+                reinterpret_cast<const void*>(std::uintptr_t(object.first_triangle) * sizeof(TriangleIndices)));
         }
     }
 
@@ -284,6 +283,8 @@ Image Drawing::read_back() {
     return image;
 }
 
-std::string Drawing::description() const { return state_->context->description(); }
+std::string Drawing::description() const {
+    return state_->context->description();
+}
 
 } // namespace antumbra

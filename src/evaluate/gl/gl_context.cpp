@@ -59,8 +59,9 @@ class EglContext final : public GlContext {
         display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
         if (display_ == EGL_NO_DISPLAY || !initialize(display_, nullptr, nullptr) || !bind_api(EGL_OPENGL_API))
             return {ErrorCode::unsupported, "EGL opens no display without a surface"};
-        const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
-                                     EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+        const EGLint attributes[] = {
+            EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
         context_ = create_context(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
         if (context_ == EGL_NO_CONTEXT || !make_current_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
             return {ErrorCode::unsupported, "EGL makes no OpenGL 3.3 context"};
@@ -124,8 +125,8 @@ class OsMesaContext final : public GlContext {
 
 bool GlContext::load(void* (*address)(const char*)) {
     bool complete = true;
-#define ANTUMBRA_GL_LOAD(type, name)                                                                               \
-    functions_.name = reinterpret_cast<type>(address("gl" #name));                                                 \
+#define ANTUMBRA_GL_LOAD(type, name)                                                                                   \
+    functions_.name = reinterpret_cast<type>(address("gl" #name));                                                     \
     complete = complete && functions_.name;
     ANTUMBRA_GL_FUNCTIONS(ANTUMBRA_GL_LOAD)
 #undef ANTUMBRA_GL_LOAD

@@ -110,8 +110,8 @@ Plan draw_plan(const Tracer& tracer, const Box3d& region, double cut, std::uint3
     std::vector<std::uint32_t> picture(std::size_t(plan.width) * plan.height);
     parallel_for(plan.height, job, [&](std::size_t j, unsigned) {
         for (std::uint32_t i = 0; i < plan.width; ++i)
-            picture[i + plan.width * j] = pixel_of(tracer, plan.x0 + (i + 0.5) * plan.scale, cut,
-                                                   plan.z0 + (double(j) + 0.5) * plan.scale);
+            picture[i + plan.width * j] =
+                pixel_of(tracer, plan.x0 + (i + 0.5) * plan.scale, cut, plan.z0 + (double(j) + 0.5) * plan.scale);
     });
     plan.runs = encode_runs(picture);
     return plan;

@@ -22,8 +22,8 @@ struct Plan {
 };
 
 struct Plans {
-    bool outdoors = false;             ///< seen whole from above, without a cut
-    std::vector<Plan> plans;           ///< at most seven
+    bool outdoors = false;               ///< seen whole from above, without a cut
+    std::vector<Plan> plans;             ///< at most seven
     std::vector<std::uint32_t> of_frame; ///< which plan belongs to each frame
 };
 

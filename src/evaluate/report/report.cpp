@@ -16,7 +16,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return value < 0 ? Json(nullptr) : Json(value); }
+Json number(double value) {
+    return value < 0 ? Json(nullptr) : Json(value);
+}
 
 /// Short decimals: a page of float noise is of no use to anyone.
 Json rounded(double value, double digits = 1e4) {
@@ -75,18 +77,19 @@ Json walk_facts(const WalkResult& result, const ReportOptions& options) {
 Json method_facts(const WalkResult& result) {
     Json methods = Json::array();
     for (const WalkMethod& method : result.methods)
-        methods.push_back({{"name", method.name},
-                           {"guarantee", to_string(method.guarantee)},
-                           {"cull_ms", {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
-                           {"draw_ms", {{"median", number(method.draw_ms_median)}}},
-                           {"frame_ms", {{"median", number(method.frame_ms_median)}}},
-                           {"objects_reported", method.objects_reported},
-                           {"triangles_drawn", method.triangles_drawn},
-                           {"culled_of_frustum", method.culled_of_frustum},
-                           {"false_visible_objects", method.false_visible_objects},
-                           {"false_invisible_objects", method.false_invisible_objects},
-                           {"false_invisible_pixels", method.false_invisible_pixels},
-                           {"speedup_over_frustum", number(method.speedup_over_frustum)}});
+        methods.push_back(
+            {{"name", method.name},
+             {"guarantee", to_string(method.guarantee)},
+             {"cull_ms", {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
+             {"draw_ms", {{"median", number(method.draw_ms_median)}}},
+             {"frame_ms", {{"median", number(method.frame_ms_median)}}},
+             {"objects_reported", method.objects_reported},
+             {"triangles_drawn", method.triangles_drawn},
+             {"culled_of_frustum", method.culled_of_frustum},
+             {"false_visible_objects", method.false_visible_objects},
+             {"false_invisible_objects", method.false_invisible_objects},
+             {"false_invisible_pixels", method.false_invisible_pixels},
+             {"speedup_over_frustum", number(method.speedup_over_frustum)}});
     return methods;
 }
 
@@ -127,7 +130,8 @@ Json frame_columns(const Scene& scene, const Pvs* pvs, const WalkResult& result,
         return level > 0 ? Json{direction.x / level, direction.z / level} : Json{0, 0};
     });
     frames["opening"] = per_frame(result, [](const WalkFrame& f) {
-        return Json(f.view.projection == Projection::perspective ? half_tangent(f.view.fov_y_deg) * f.view.aspect : 0.5);
+        return Json(f.view.projection == Projection::perspective ? half_tangent(f.view.fov_y_deg) * f.view.aspect
+                                                                 : 0.5);
     });
     frames["plan"] = plans.of_frame;
     frames["cell"] = per_frame(result, [&](const WalkFrame& f) { return cell_outline(scene, pvs, f.view); });
@@ -177,7 +181,9 @@ Json plan_list(const Plans& plans) {
     return list;
 }
 
-std::string data_uri(const Image& image) { return "data:image/png;base64," + to_base64(encode_png(image)); }
+std::string data_uri(const Image& image) {
+    return "data:image/png;base64," + to_base64(encode_png(image));
+}
 
 Json picture_list(const std::vector<FramePictures>& pictures) {
     Json list = Json::array();
@@ -187,7 +193,8 @@ Json picture_list(const std::vector<FramePictures>& pictures) {
             methods.push_back({{"differing_pixels", method.differing_pixels},
                                {"on", method.on ? Json(data_uri(*method.on)) : Json(nullptr)},
                                {"difference", method.difference ? Json(data_uri(*method.difference)) : Json(nullptr)}});
-        list.push_back({{"frame", picture.frame}, {"why", picture.why}, {"off", data_uri(picture.off)}, {"methods", methods}});
+        list.push_back(
+            {{"frame", picture.frame}, {"why", picture.why}, {"off", data_uri(picture.off)}, {"methods", methods}});
     }
     return list;
 }
@@ -209,7 +216,8 @@ std::string script_json(const Json& document) {
 }
 
 /// Puts the parts at their {{names}}. What is put in is not looked at again.
-std::string fill_template(std::string_view page, const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
+std::string fill_template(std::string_view page,
+                          const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
     std::string filled;
     while (!page.empty()) {
         std::size_t open = page.find("{{");
