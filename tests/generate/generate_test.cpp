@@ -2,6 +2,8 @@
 
 #include "generate/modeller.hpp"
 
+#include <fstream>
+
 namespace antumbra {
 namespace {
 
@@ -24,6 +26,17 @@ TEST(Generate, an_unknown_kind_is_wrong_usage_and_lists_the_known_ones) {
 
 TEST(Generate, names_are_in_alphabetical_order) {
     EXPECT_TRUE(std::is_sorted(generator_names().begin(), generator_names().end()));
+}
+
+TEST(Generate, the_hashes_in_the_documentation_are_those_of_the_tests) {
+    std::ifstream file(ANTUMBRA_SOURCE_DIR "/docs/scenes.md");
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    for (auto [arguments, hash] : test::kPublished) {
+        std::size_t row = text.find("| `" + std::string(arguments) + "` |");
+        ASSERT_NE(row, std::string::npos) << arguments;
+        std::size_t end = text.find('\n', row);
+        EXPECT_NE(text.substr(row, end - row).find(hash), std::string::npos) << arguments;
+    }
 }
 
 TEST(Sine, is_exact_at_quarter_turns_and_right_elsewhere) {

@@ -13,6 +13,24 @@
 
 namespace antumbra::test {
 
+/// SHA-256 of the files that `generate` writes by default, by its arguments. Frozen.
+inline constexpr std::pair<std::string_view, std::string_view> kPublished[] = {
+    {"apartment", "9984b53917445bf95cb416be4ec42e08c308082934ea05e5fe685403a8e44dc2"},
+    {"apartment --copies 18", "1aea76a214b73f0d2520ff1adf6229cf5ab65ffefc1f682bfb5ff1cee814897b"},
+    {"city", "ef8ba9ae18666ea44d86f8e52511b9db2d6b0cb7d41f571ceed6f9b2609a1719"},
+    {"forest", "896fcef21744a45978914ab430cbd03c4dd62c01b7bece9ad4eb86db46cf217f"},
+    {"machine", "6c6ff43202ab412c5d03744affd8a994afb1e1f10c9fa7d4b6826e787cfca7a9"},
+    {"office", "25df74268607a43b115754dfbea9619abc9ad4bcecfce0e62834229c02c8fce2"},
+    {"town", "8b8b106cd78cac1e6c6c0c2753237df84df2acf04117d52c6c4d524e2025f96e"},
+};
+
+inline std::string_view published(std::string_view arguments) {
+    for (auto [key, hash] : kPublished)
+        if (key == arguments)
+            return hash;
+    return "not published";
+}
+
 inline RawScene made(const char* kind, const GenerateOptions& options = {}) {
     Result<RawScene> scene = generate(kind, options);
     EXPECT_TRUE(scene.ok()) << scene.status().message();
