@@ -30,7 +30,7 @@ double milliseconds_since(Clock::time_point start) {
 struct Options {
     std::vector<std::string> scenes;
     std::vector<std::string> methods;
-    int frames = 120, passes = 5, truth = 160;
+    int frames = 240, passes = 5, truth = 160;
     double height = 0;
     CullerOptions culler;
 };
@@ -62,7 +62,7 @@ std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int fram
         }
         if (enclosed)
             continue;
-        for (int i = 0; i < 12 && int(views.size()) < frames; ++i) {
+        for (int i = 0; i < 60 && int(views.size()) < frames; ++i) {
             View view;
             view.eye = eye + ahead * (unit * 0.05 * i);
             view.target = view.eye + ahead;
@@ -220,6 +220,12 @@ int main(int argc, char** argv) {
             options.truth = std::atoi(value());
         else if (!std::strcmp(argv[i], "--width"))
             options.culler.raster_width = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--occluders"))
+            options.culler.occluders = std::uint32_t(std::atoi(value()));
+        else if (!std::strcmp(argv[i], "--published"))
+            options.culler.planes_form = PlanesForm::published;
+        else if (!std::strcmp(argv[i], "--pixels"))
+            options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))
             options.culler.polygon_budget = std::uint32_t(std::atoi(value()));
         else if (!std::strcmp(argv[i], "--method"))

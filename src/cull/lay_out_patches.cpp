@@ -88,6 +88,9 @@ ScenePatches lay_out_patches(const CullScene::Data& scene) {
         std::span<const std::uint32_t> polygons(set.patch_polygons.data() + patch.first, patch.count);
         layout.add(polygons);
         patches.boxes.push_back(patch.box);
+        Vec3d size = patch.box.empty() ? Vec3d{} : to_double(patch.box.max) - to_double(patch.box.min);
+        double area = size.x * size.y + size.y * size.z + size.z * size.x;
+        patches.area.push_back(static_cast<float>(area / std::max(patch.count, 1u)));
         patches.solid.push_back(patch.count ? set.polygons[polygons[0]].solid : kNoPolygon);
         if (patch.count && !patch.box.empty())
             order.push_back(static_cast<std::uint32_t>(items.size()));

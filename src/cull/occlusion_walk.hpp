@@ -18,6 +18,7 @@ struct WalkEntry {
 ///   bool hidden(const Box3f&)        is everything in that box certainly invisible?
 ///   void object(std::uint32_t, const Box3f&)  an object that is not
 ///   void patch(std::uint32_t)        an occluder patch that is not
+///   bool wants_patch(std::uint32_t, float)    is it worth a look, at that squared distance (orthographic: at depth)?
 template <class Visitor>
 void walk_front_to_back(const CullScene::Data& scene, const Camera& camera, BoxKernel kernel,
                         std::vector<WalkEntry>& stack, CullCounters& counters, Visitor&& visitor) {
@@ -55,6 +56,10 @@ void walk_front_to_back(const CullScene::Data& scene, const Camera& camera, BoxK
                     distance += gap * gap;
                 }
             }
+            std::uint32_t child = node.child[slot];
+            if ((child & kObjectChild) && (child & ~kObjectChild) >= scene.object_count() &&
+                !visitor.wants_patch((child & ~kObjectChild) - scene.object_count(), distance))
+                continue;
             int at = count++;
             for (; at > 0 && children[at - 1].distance < distance; --at) // farthest first: the stack turns it round
                 children[at] = children[at - 1];

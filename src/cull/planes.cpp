@@ -13,8 +13,9 @@ namespace antumbra {
 namespace {
 
 constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
-constexpr std::uint32_t kSpare = 3;          ///< candidates per occluder that is used
-constexpr std::uint32_t kStepsPerFrame = 48; ///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that is used
+constexpr std::uint32_t kStepsPerFrame = 128;///< nodes of the occluder tree that a frame opens
+constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
 constexpr std::uint8_t kNoSlot = 0xFF;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
 
@@ -31,6 +32,7 @@ struct Candidate {
 struct State final : ViewState::Storage {
     OccluderSearch search;
     bool fresh = true;
+    Vec3d searched_from;                   ///< where the search under way began
     std::vector<Candidate> candidates;
     std::vector<Shadow> shadows;
     std::vector<std::uint32_t> slot_group;
@@ -43,6 +45,7 @@ class Planes final : public Culler {
   public:
     Planes(const CullScene& scene, const CullerOptions& options, BoxKernel boxes, ShadowKernel shadows)
         : scene_(scene), occluders_(options.occluders), box_kernel_(boxes), shadow_kernel_(shadows),
+          size_(scene.data().tree_box.empty() ? 1 : length(to_double(scene.data().tree_box.max) - to_double(scene.data().tree_box.min))),
           serial_(new_culler_serial()) {}
     std::string_view name() const override { return "planes"; }
     Guarantee guarantee() const override { return Guarantee::conservative; }
@@ -73,6 +76,8 @@ class Planes final : public Culler {
     void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
         const CullScene::Data& scene = scene_.data();
         std::uint32_t wanted = occluders_ * kSpare;
+        auto score_of = [&](std::uint32_t group) { return area_angle(scene.groups.groups[group], camera); };
+        bool search_all = !(length(camera.eye - state.searched_from) <= kJump * size_);
         if (state.fresh) {
             state.fresh = false;
             state.slot_of.assign(scene.groups.groups.size(), kNoSlot);
@@ -81,13 +86,13 @@ class Planes final : public Culler {
             state.shadows.reserve(kMostOccluders);
             state.slot_group.reserve(kMostOccluders);
             state.stack.reserve(scene.stack_bound);
-            state.search.begin(scene.occluder_tree, camera.eye, wanted);
-            state.search.advance(scene.occluder_tree, 0xFFFFFFFFu);
-        } else {
-            if (!state.search.running())
-                state.search.begin(scene.occluder_tree, camera.eye, wanted);
-            state.search.advance(scene.occluder_tree, kStepsPerFrame);
+            search_all = true;
         }
+        if (search_all || !state.search.running()) {
+            state.search.begin(scene.occluder_tree, camera.eye, wanted);
+            state.searched_from = camera.eye;
+        }
+        state.search.advance(scene.occluder_tree, search_all ? 0xFFFFFFFFu : kStepsPerFrame, score_of);
         state.candidates.clear();
         for (std::uint32_t group : state.search.found())
             if (double score = promise(scene.groups.groups[group], camera, planes); score > 0)
@@ -100,8 +105,7 @@ class Planes final : public Culler {
         state.candidates.resize(used);
     }
 
-    /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
-    /// over the members that face the viewer; 0 outside the view.
+    /// Its area-angle; 0 outside the view.
     double promise(const ConvexGroups::Group& group, const Camera& camera, const FrustumPlanes& planes) const {
         for (int i = 0; i < planes.count; ++i) {
             const float* n = planes.normal[i];
@@ -111,6 +115,12 @@ class Planes final : public Culler {
             if (sum + planes.offset[i] < 0)
                 return 0;
         }
+        return area_angle(group, camera);
+    }
+
+    /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
+    /// over the members that face the viewer.
+    double area_angle(const ConvexGroups::Group& group, const Camera& camera) const {
         const CullScene::Data& scene = scene_.data();
         double sum = 0;
         for (std::uint32_t m = group.first; m < group.first + group.count; ++m) {
@@ -230,6 +240,7 @@ class Planes final : public Culler {
     std::uint32_t occluders_;
     BoxKernel box_kernel_;
     ShadowKernel shadow_kernel_;
+    double size_; ///< of the scene
     std::uint64_t serial_;
 };
 

@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint32_t kMostEdges = 8;
 constexpr std::uint32_t kCacheEntries = 1u << 13; ///< about 600 bytes each
 constexpr std::uint32_t kMostListed = 64;         ///< occluders of one view
+constexpr std::uint32_t kDetailOccluders = 16;    ///< of one detail object
 
 enum class Occlusion : std::uint8_t { none, partial, full };
 
@@ -163,9 +164,12 @@ class PublishedPlanes final : public Culler {
                             CullCounters& counters) const {
         const OccluderSet& set = scene_.data().occluders;
         std::span<const std::uint32_t> together(state.list.data() + below.first, below.count);
+        std::uint32_t part[kMostListed], done[kMostListed];
+        std::uint32_t done_count = 0;
         for (std::uint32_t seed : together) {
-            // Only a connected part can have fewer planes than its members alone: grow it from each seed.
-            std::uint32_t part[kMostListed];
+            // Only a connected part can have fewer planes than its members alone.
+            if (std::find(done, done + done_count, seed) != done + done_count)
+                continue;
             std::uint32_t size = 0;
             part[size++] = seed;
             for (std::uint32_t at = 0; at < size; ++at)
@@ -174,6 +178,8 @@ class PublishedPlanes final : public Culler {
                         std::find(together.begin(), together.end(), neighbour) != together.end())
                         part[size++] = neighbour;
                 });
+            std::copy(part, part + size, done + done_count); // parts are disjoint
+            done_count += size;
             if (size < 2)
                 continue;
             bool all = true;
@@ -220,7 +226,7 @@ class PublishedPlanes final : public Culler {
         Vec3d centre = to_double(scene_.data().binary[node].box).centre();
         std::size_t before = state.list.size();
         for (std::uint32_t polygon : detail_sets_.at(centre, camera.eye - centre))
-            if (is_usable(polygon, sight) && state.list.size() < before + kMostListed)
+            if (is_usable(polygon, sight) && state.list.size() < before + kDetailOccluders)
                 state.list.push_back(polygon);
         Entry entry{node, static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(state.list.size() - before)};
         Entry below{0, 0, 0};

@@ -107,6 +107,17 @@ class RasterCuller : public Culler {
         return true;
     }
 
+    /// Large enough on the screen for the number of its polygons.
+    bool is_worth_drawing(std::uint32_t patch, const Screen& screen) const {
+        const ScenePatches& patches = scene_.data().patches;
+        BoxOnScreen box = project_box(screen, patches.boxes[patch]);
+        if (!box.testable)
+            return true;
+        float width = std::min(box.max_x, float(screen.width)) - std::max(box.min_x, 0.0f);
+        float height = std::min(box.max_y, float(screen.height)) - std::max(box.min_y, 0.0f);
+        return width * height >= options_.pixels_per_polygon * float(patches.store.patches[patch].polygon_count);
+    }
+
     CullScene scene_;
     CullerOptions options_;
     Kernels kernels_;
@@ -134,8 +145,16 @@ class Masked final : public RasterCuller {
             mark_visible(result, object);
             state.reported.push_back(object);
         }
+        /// Cheap and rough: the area of the patch's box over its squared distance.
+        bool wants_patch(std::uint32_t patch, float squared_distance) const {
+            if (screen.camera.orthographic)
+                return true;
+            const ScenePatches& patches = culler.scene_.data().patches;
+            float pixels = patches.area[patch] * float(screen.scale_x * screen.scale_y);
+            return pixels >= culler.options_.pixels_per_polygon * squared_distance;
+        }
         void patch(std::uint32_t patch) {
-            if (!culler.draw(patch, screen, start, state, result.counters))
+            if (!culler.is_worth_drawing(patch, screen) || !culler.draw(patch, screen, start, state, result.counters))
                 return;
             state.buffer.merge(state.coverage);
             state.coverage.clear(screen);
@@ -171,6 +190,7 @@ class Hzb final : public RasterCuller {
         bool hidden(const Box3f& box) const { return pyramid.is_hidden(screen, project_box(screen, box)); }
         void object(std::uint32_t object, const Box3f&) { mark_visible(result, object); }
         void patch(std::uint32_t) {}
+        bool wants_patch(std::uint32_t, float) const { return false; }
     };
 
     void run(const Camera& camera, const Screen& screen, ViewState& view_state, CullResult& result) const override {

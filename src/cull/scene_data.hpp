@@ -46,6 +46,7 @@ struct alignas(64) CullNode {
 struct ScenePatches {
     PatchStore store;
     std::vector<Box3f> boxes;
+    std::vector<float> area;          ///< all three sides of the box, for each polygon of the patch
     std::vector<std::uint32_t> solid; ///< kNoPolygon, or the solid that the patch belongs to
     /// Wide tree over objects and patches together: item i is an object if i < object_count, else the patch
     /// i - object_count.

@@ -63,33 +63,7 @@ void OccluderSearch::begin(const OccluderTree& tree, const Vec3d& eye, std::uint
     wanted_ = wanted;
     running_ = true;
     if (!tree.nodes.empty())
-        heap_.push_back({area_angle_bound(tree.nodes[0].area, tree.nodes[0].box, eye), 0});
-}
-
-bool OccluderSearch::advance(const OccluderTree& tree, std::uint32_t steps) {
-    auto push = [&](std::uint32_t index) {
-        const OccluderTree::Node& node = tree.nodes[index];
-        heap_.push_back({area_angle_bound(node.area, node.box, eye_), index});
-        std::push_heap(heap_.begin(), heap_.end());
-    };
-    for (std::uint32_t step = 0; running_ && step < steps; ++step) {
-        if (heap_.empty() || finding_.size() >= wanted_) {
-            running_ = false;
-            std::swap(found_, finding_);
-            break;
-        }
-        std::pop_heap(heap_.begin(), heap_.end());
-        std::uint32_t index = heap_.back().node;
-        heap_.pop_back();
-        const OccluderTree::Node& node = tree.nodes[index];
-        if (node.right == 0) {
-            finding_.push_back(node.group);
-        } else {
-            push(index + 1);
-            push(node.right);
-        }
-    }
-    return !running_;
+        heap_.push_back({area_angle_bound(tree.nodes[0].area, tree.nodes[0].box, eye), 0, false});
 }
 
 } // namespace antumbra

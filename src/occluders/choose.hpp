@@ -3,6 +3,8 @@
 
 #include "occluders/convex_groups.hpp"
 
+#include <algorithm>
+
 namespace antumbra {
 
 /// A tree over groups for best-first search; immutable.
@@ -28,7 +30,9 @@ class OccluderSearch {
     /// Begins at `eye`; results so far are kept until the search is done.
     void begin(const OccluderTree& tree, const Vec3d& eye, std::uint32_t wanted);
     /// Opens at most `steps` nodes. True when the search has ended: found() is then what was looked for.
-    bool advance(const OccluderTree& tree, std::uint32_t steps);
+    /// `score(group)` is what a group promises from begin()'s eye, at most its area_angle_bound(); 0: nothing.
+    template <class Score>
+    bool advance(const OccluderTree& tree, std::uint32_t steps, Score&& score);
     const std::vector<std::uint32_t>& found() const { return found_; }
     bool running() const { return running_; }
 
@@ -36,6 +40,7 @@ class OccluderSearch {
     struct Item {
         double bound;
         std::uint32_t node;
+        bool scored = false; ///< a leaf whose bound is its score
         bool operator<(const Item& other) const {
             return bound != other.bound ? bound < other.bound : node > other.node;
         }
@@ -46,5 +51,35 @@ class OccluderSearch {
     std::uint32_t wanted_ = 0;
     bool running_ = false;
 };
+
+template <class Score>
+bool OccluderSearch::advance(const OccluderTree& tree, std::uint32_t steps, Score&& score) {
+    auto push = [&](double bound, std::uint32_t index, bool scored) {
+        if (!(bound > 0))
+            return;
+        heap_.push_back({bound, index, scored});
+        std::push_heap(heap_.begin(), heap_.end());
+    };
+    for (std::uint32_t step = 0; running_ && step < steps; ++step) {
+        if (heap_.empty() || finding_.size() >= wanted_) {
+            running_ = false;
+            std::swap(found_, finding_);
+            break;
+        }
+        std::pop_heap(heap_.begin(), heap_.end());
+        Item item = heap_.back();
+        heap_.pop_back();
+        const OccluderTree::Node& node = tree.nodes[item.node];
+        if (item.scored) {
+            finding_.push_back(node.group);
+        } else if (node.right == 0) {
+            push(score(node.group), item.node, true);
+        } else {
+            for (std::uint32_t child : {item.node + 1, node.right})
+                push(area_angle_bound(tree.nodes[child].area, tree.nodes[child].box, eye_), child, false);
+        }
+    }
+    return !running_;
+}
 
 } // namespace antumbra
