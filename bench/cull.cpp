@@ -1,8 +1,9 @@
 // bench_cull [SCENE.glb ..]: run-time culling side by side on the same frames of a walk. One thread. Every time
 // stands beside its quality: what was culled, what is really seen (rays), and what was lost (must be 0).
 //
-//   bench_cull city.glb --frames 120 --occluders 64 --width 512 --truth 200
+//   bench_cull [SCENE.glb or the name of a generated scene: city] --frames 240 --occluders 64 --width 384
 #include <antumbra/cull.hpp>
+#include <antumbra/generate.hpp>
 #include <antumbra/import.hpp>
 #include <antumbra/occluder_finding.hpp>
 
@@ -148,8 +149,19 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
     return row;
 }
 
+/// A file, or the name of a generated scene.
+Result<Scene> load(const std::string& path) {
+    std::span<const std::string_view> kinds = generator_names();
+    if (std::find(kinds.begin(), kinds.end(), path) == kinds.end())
+        return load_scene(path);
+    Result<RawScene> raw = generate(path);
+    if (!raw)
+        return raw.status();
+    return Scene::create(std::move(*raw));
+}
+
 void run(const std::string& path, const Options& options) {
-    Result<Scene> scene = load_scene(path);
+    Result<Scene> scene = load(path);
     if (!scene) {
         std::fprintf(stderr, "%s\n", scene.status().message().c_str());
         return;
@@ -238,10 +250,8 @@ int main(int argc, char** argv) {
             if (name != "none" && name != "pvs")
                 options.methods.emplace_back(name);
     options.methods.insert(options.methods.begin(), "frustum-scalar");
-    if (options.scenes.empty()) {
-        std::fprintf(stderr, "usage: bench_cull SCENE.. [--frames N] [--passes N] [--method NAME].. [--width N]\n");
-        return 2;
-    }
+    if (options.scenes.empty())
+        options.scenes.push_back("city");
     for (const std::string& path : options.scenes)
         run(path, options);
 }

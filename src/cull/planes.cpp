@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
 constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that is used
-constexpr std::uint32_t kStepsPerFrame = 128;///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kStepsPerFrame = 64; ///< nodes of the occluder tree that a frame opens
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
+constexpr double kStep = 0.001;              ///< who moves less keeps the occluders found
 constexpr std::uint8_t kNoSlot = 0xFF;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
 
@@ -24,16 +25,11 @@ struct Entry {
     std::uint64_t relevant; ///< occluders whose shadow the node may touch
 };
 
-struct Candidate {
-    double score;
-    std::uint32_t group;
-};
-
 struct State final : ViewState::Storage {
     OccluderSearch search;
     bool fresh = true;
     Vec3d searched_from;                   ///< where the search under way began
-    std::vector<Candidate> candidates;
+    std::vector<std::uint32_t> candidates; ///< groups in view, best first
     std::vector<Shadow> shadows;
     std::vector<std::uint32_t> slot_group;
     std::vector<std::uint8_t> slot_of;     ///< per group
@@ -71,8 +67,7 @@ class Planes final : public Culler {
     }
 
   private:
-    /// Keeps the list of candidates current (a bounded search per frame, all of it in the first), and sorts it by what
-    /// each promises in this view.
+    /// Keeps the list of candidates current: a bounded part of a search per frame, all of it at first and after jumps.
     void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
         const CullScene::Data& scene = scene_.data();
         std::uint32_t wanted = occluders_ * kSpare;
@@ -88,34 +83,32 @@ class Planes final : public Culler {
             state.stack.reserve(scene.stack_bound);
             search_all = true;
         }
-        if (search_all || !state.search.running()) {
+        bool moved = length(camera.eye - state.searched_from) > kStep * size_;
+        if (search_all || (moved && !state.search.running())) {
             state.search.begin(scene.occluder_tree, camera.eye, wanted);
             state.searched_from = camera.eye;
         }
-        state.search.advance(scene.occluder_tree, search_all ? 0xFFFFFFFFu : kStepsPerFrame, score_of);
+        if (state.search.running())
+            state.search.advance(scene.occluder_tree, search_all ? 0xFFFFFFFFu : kStepsPerFrame, score_of);
+        // The search found them in the order of what they promise.
         state.candidates.clear();
-        for (std::uint32_t group : state.search.found())
-            if (double score = promise(scene.groups.groups[group], camera, planes); score > 0)
-                state.candidates.push_back({score, group});
-        std::size_t used = std::min<std::size_t>(occluders_ + occluders_ / 4, state.candidates.size());
-        std::partial_sort(state.candidates.begin(), state.candidates.begin() + static_cast<std::ptrdiff_t>(used), state.candidates.end(),
-                          [](const Candidate& a, const Candidate& b) {
-                              return a.score != b.score ? a.score > b.score : a.group < b.group;
-                          });
-        state.candidates.resize(used);
+        for (std::uint32_t group : state.search.found()) {
+            if (state.candidates.size() >= occluders_ + occluders_ / 4)
+                break;
+            if (is_in_view(scene.groups.groups[group].box, planes))
+                state.candidates.push_back(group);
+        }
     }
 
-    /// Its area-angle; 0 outside the view.
-    double promise(const ConvexGroups::Group& group, const Camera& camera, const FrustumPlanes& planes) const {
+    static bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
         for (int i = 0; i < planes.count; ++i) {
             const float* n = planes.normal[i];
-            float sum = n[0] * (n[0] >= 0 ? group.box.max.x : group.box.min.x) +
-                        n[1] * (n[1] >= 0 ? group.box.max.y : group.box.min.y) +
-                        n[2] * (n[2] >= 0 ? group.box.max.z : group.box.min.z);
+            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
+                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
             if (sum + planes.offset[i] < 0)
-                return 0;
+                return false;
         }
-        return area_angle(group, camera);
+        return true;
     }
 
     /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
@@ -151,10 +144,10 @@ class Planes final : public Culler {
         Box3d start = near_box(camera);
         start.extend(camera.eye);
         SightStart sight = sight_start(camera, scene.tree_box);
-        for (const Candidate& candidate : state.candidates) {
+        for (std::uint32_t candidate : state.candidates) {
             if (state.shadows.size() >= occluders_)
                 break;
-            const ConvexGroups::Group& group = scene.groups.groups[candidate.group];
+            const ConvexGroups::Group& group = scene.groups.groups[candidate];
             std::span<const std::uint32_t> members(scene.groups.members.data() + group.first, group.count);
             const OccluderPolygon& first = scene.occluders.polygons[members[0]];
             if (first.synthetic && to_double(scene.occluders.solids[first.solid].shell).overlaps(start))
@@ -164,8 +157,8 @@ class Planes final : public Culler {
                 state.shadows.pop_back();
                 continue;
             }
-            state.slot_of[candidate.group] = static_cast<std::uint8_t>(state.slot_group.size());
-            state.slot_group.push_back(candidate.group);
+            state.slot_of[candidate] = static_cast<std::uint8_t>(state.slot_group.size());
+            state.slot_group.push_back(candidate);
         }
         counters.occluders_used = state.shadows.size();
     }
