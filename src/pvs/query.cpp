@@ -1,6 +1,7 @@
 // What an opened file answers. Everything here trusts what open() has proved.
 #include <antumbra/pvs.hpp>
 
+#include "pvs/count_bits.hpp"
 #include "pvs/format.hpp"
 #include "pvs/grid.hpp"
 #include "pvs/row_coding.hpp"
@@ -10,18 +11,6 @@
 
 namespace antumbra {
 namespace {
-
-/// Portable and inlined: the library call that stands for std::popcount without the instruction costs more.
-std::uint32_t count_bits(std::span<const std::uint64_t> words) {
-    std::uint64_t total = 0;
-    for (std::uint64_t word : words) {
-        word -= word >> 1 & 0x5555555555555555u;
-        word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
-        word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
-        total += word * 0x0101010101010101u >> 56;
-    }
-    return static_cast<std::uint32_t>(total);
-}
 
 /// The one writer of "unknown": all objects, no bit beyond.
 void mark_visible(std::span<std::uint64_t> words, std::size_t objects) {
