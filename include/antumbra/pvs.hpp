@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -138,7 +139,8 @@ struct PvsData {
     ViewTree tree;
     std::vector<PvsObject> objects;
     /// Occludee volumes: boxes of space that were baked as pseudo-objects, so that moving things can be asked about.
-    /// Bit objects.size() + v of a row: some of volume v, a cell of this grid, can be seen. Count 0: none.
+    /// Bit objects.size() + v of a row: some of volume v, a cell of this grid, can be seen. Count 0: none;
+    /// at most 2^20.
     CellGrid volumes;
     std::uint32_t row_count = 0;
     std::vector<std::uint64_t> rows; ///< row_count * words_per_row() words; bits beyond bits_per_row() are zero
@@ -147,9 +149,20 @@ struct PvsData {
     std::size_t words_per_row() const { return (bits_per_row() + 63) / 64; }
 };
 
-/// Encodes to the bytes of a file. The same data gives the same bytes. ErrorCode::usage if the data contradicts
-/// itself (row indices, sizes, set bits beyond the objects).
-Result<std::vector<std::byte>> encode_pvs(const PvsData& data);
+/// How a file stores its rows. All are lossless; the numbers are those of files and never change.
+enum class PvsCoding : std::uint32_t {
+    cheapest = 1,     ///< each row alone, the shortest of three ways: a new cell in well below a microsecond per 4,000 objects
+    tree_leaves = 2,  ///< published scheme 1 (Gotsman et al. 1999, section 6): every leaf in full; unpacked on opening
+    tree_parent = 3,  ///< scheme 2: children relative to their parent; unpacked on opening
+    tree_sibling = 4, ///< scheme 3: the heavier child relative to the lighter one; unpacked on opening
+    references = 5,   ///< each row relative to another, arithmetic coded; decoded in tens of microseconds where asked
+    archive = 6,      ///< the fewest bytes; unpacked on opening
+};
+const char* to_string(PvsCoding coding);
+
+/// Encodes to the bytes of a file. The same data and coding give the same bytes. ErrorCode::usage if the data contradicts
+/// itself (row indices, sizes, set bits beyond the objects); limit if something does not fit the format.
+Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding = PvsCoding::cheapest);
 
 /// Per-view state of a query, owned by the caller, one per thread. Value-initialised before first use; belongs
 /// to one Pvs. Queries by eye never allocate after the first one in a grid; others reuse what it has grown to.
@@ -169,13 +182,14 @@ struct PvsCursor {
 };
 
 /// An opened file: an immutable view of bytes that the caller keeps alive and unchanged. Safe from any number of
-/// threads. Every chunk is checked (ranges, CRC-32C) on opening, so that queries need not.
+/// threads; copies share what was unpacked. Every chunk is checked (ranges, CRC-32C) on opening, so that queries need not.
 class Pvs {
   public:
     /// ErrorCode::corrupt names the chunk that is damaged; unsupported: written by a later major version.
     static Result<Pvs> open(std::span<const std::byte> bytes);
 
     Guarantee guarantee() const { return guarantee_; }
+    PvsCoding coding() const { return coding_; }
     std::string_view method() const { return method_; }
     std::string_view tool_version() const { return tool_version_; }
     std::string_view options_json() const { return options_json_; }
@@ -193,7 +207,7 @@ class Pvs {
     std::uint32_t row_count() const { return row_count_; }
     std::uint32_t cell_row(std::uint64_t cell) const; ///< row, kCellNotBaked or kCellSolid
     std::uint64_t file_bytes() const { return bytes_.size(); }
-    std::uint64_t visibility_bytes() const; ///< bytes of the coded rows and their index alone
+    std::uint64_t visibility_bytes() const { return visibility_bytes_; } ///< of the coded rows and their index alone
 
     /// Decodes row `row` into `words` (words_per_row() of them). Objects with kAlwaysVisible are set in every row.
     void decode_row(std::uint32_t row, std::span<std::uint64_t> words) const;
@@ -237,6 +251,7 @@ class Pvs {
 
     std::span<const std::byte> bytes_;
     Guarantee guarantee_ = Guarantee::approximate;
+    PvsCoding coding_ = PvsCoding::cheapest;
     std::string_view method_, tool_version_, options_json_;
     std::array<std::uint8_t, 16> scene_fingerprint_{};
     std::uint64_t structure_fingerprint_ = 0;
@@ -246,6 +261,9 @@ class Pvs {
     ViewTree tree_;
     std::uint32_t object_count_ = 0, row_count_ = 0;
     std::span<const std::byte> objects_, names_, cells_, row_index_, row_bytes_;
+    std::uint64_t visibility_bytes_ = 0;
+    /// Index and rows in PvsCoding::cheapest, where the file's own coding has no random access.
+    std::shared_ptr<const std::array<std::vector<std::byte>, 2>> unpacked_;
     std::vector<std::uint64_t> always_visible_; ///< bit set over objects
 };
 

@@ -35,6 +35,18 @@ inline double load_f64(std::span<const std::byte> bytes, std::size_t offset) {
     return std::bit_cast<double>(load_u64(bytes, offset));
 }
 
+/// LEB128 of at most 35 bits at `at`, which moves behind it. False where the bytes end or do not.
+inline bool read_varint(std::span<const std::byte> bytes, std::size_t& at, std::uint64_t& value) {
+    value = 0;
+    for (unsigned shift = 0; shift < 35 && at < bytes.size(); shift += 7) {
+        auto byte = std::to_integer<unsigned>(bytes[at++]);
+        value |= std::uint64_t(byte & 0x7F) << shift;
+        if (byte < 0x80)
+            return true;
+    }
+    return false;
+}
+
 /// Appends to a vector of bytes.
 class ByteWriter {
   public:

@@ -14,63 +14,74 @@ using Words = std::span<const std::uint64_t>;
 
 bool has(Words words, std::size_t bit) { return words[bit / 64] >> (bit % 64) & 1; }
 
-/// Builds a CodingTree depth first; a node turns out to be there only when both of its children do.
+/// Builds a CodingTree from its leaves up: an inner node is there only when both of its children are.
 class TreeBuilder {
   public:
-    /// A leaf, if its row is one and new. Whether there is one.
-    bool leaf(std::uint32_t row) {
+    using Index = std::uint32_t;
+    static constexpr Index kNothing = 0xFFFFFFFFu;
+
+    /// A leaf, if its row is one and new.
+    Index leaf(std::uint32_t row) {
         if (row >= kCellSolid)
-            return false;
+            return kNothing;
         if (row >= used_.size())
             used_.resize(std::size_t(row) + 1);
         if (used_[row])
-            return false;
+            return kNothing;
         used_[row] = true;
-        tree.nodes.push_back({row, 0});
-        return true;
+        return add({row, 0, 0});
     }
 
-    /// An inner node of what the two calls add, in turn. Whether anything came.
-    template <class Below, class Above>
-    bool inner(Below below, Above above) {
-        std::size_t self = tree.nodes.size();
-        tree.nodes.push_back({});
-        bool has_below = below();
-        std::size_t second = tree.nodes.size();
-        bool has_above = above();
-        if (has_below && has_above)
-            tree.nodes[self].above = static_cast<std::uint32_t>(second);
-        else
-            drop(self);
-        return has_below || has_above;
+    Index inner(Index below, Index above) {
+        return below == kNothing ? above : above == kNothing ? below : add({CodingTree::kInner, below, above});
     }
 
-    CodingTree tree;
+    /// The same in preorder.
+    CodingTree take(Index root) {
+        CodingTree tree;
+        tree.nodes.reserve(nodes_.size());
+        if (root != kNothing)
+            append(root, tree);
+        return tree;
+    }
 
   private:
-    /// Takes out a node of one child or none, and what follows moves up.
-    void drop(std::size_t self) {
-        tree.nodes.erase(tree.nodes.begin() + std::ptrdiff_t(self));
-        for (std::size_t n = self; n < tree.nodes.size(); ++n)
-            if (tree.nodes[n].row == CodingTree::kInner)
-                --tree.nodes[n].above;
+    struct Node {
+        std::uint32_t row;
+        Index below, above;
+    };
+
+    Index add(const Node& node) {
+        nodes_.push_back(node);
+        return static_cast<Index>(nodes_.size() - 1);
     }
 
+    void append(Index index, CodingTree& tree) const {
+        std::size_t self = tree.nodes.size();
+        tree.nodes.push_back({nodes_[index].row, 0});
+        if (nodes_[index].row != CodingTree::kInner)
+            return;
+        append(nodes_[index].below, tree);
+        tree.nodes[self].above = static_cast<std::uint32_t>(tree.nodes.size());
+        append(nodes_[index].above, tree);
+    }
+
+    std::vector<Node> nodes_;
     std::vector<bool> used_;
 };
 
-bool add_view_node(TreeBuilder& builder, const ViewTree& tree, std::uint32_t n) {
+TreeBuilder::Index add_view_node(TreeBuilder& builder, const ViewTree& tree, std::uint32_t n) {
     const ViewNode& node = tree.nodes[n];
     if (node.axis == ViewNode::kLeaf)
         return builder.leaf(node.link);
-    return builder.inner([&] { return add_view_node(builder, tree, n + 1); },
-                         [&] { return add_view_node(builder, tree, node.link); });
+    TreeBuilder::Index below = add_view_node(builder, tree, n + 1);
+    return builder.inner(below, add_view_node(builder, tree, node.link));
 }
 
 using Corner = std::array<std::uint32_t, 3>;
 
-bool add_cells(TreeBuilder& builder, const CellGrid& grid, std::span<const std::uint32_t> cell_row, Corner low,
-               Corner high) {
+TreeBuilder::Index add_cells(TreeBuilder& builder, const CellGrid& grid, std::span<const std::uint32_t> cell_row,
+                             Corner low, Corner high) {
     std::size_t axis = 0;
     for (std::size_t k = 1; k < 3; ++k)
         if (high[k] - low[k] > high[axis] - low[axis])
@@ -80,8 +91,8 @@ bool add_cells(TreeBuilder& builder, const CellGrid& grid, std::span<const std::
             cell_row[low[0] + grid.count[0] * (low[1] + std::uint64_t(grid.count[1]) * low[2])]);
     Corner below_high = high, above_low = low;
     below_high[axis] = above_low[axis] = low[axis] + (high[axis] - low[axis]) / 2;
-    return builder.inner([&] { return add_cells(builder, grid, cell_row, low, below_high); },
-                         [&] { return add_cells(builder, grid, cell_row, above_low, high); });
+    TreeBuilder::Index below = add_cells(builder, grid, cell_row, low, below_high);
+    return builder.inner(below, add_cells(builder, grid, cell_row, above_low, high));
 }
 
 class BitWriter {
@@ -216,16 +227,13 @@ void get_children(BitReader& in, TreeCoding coding, const Set& parent, std::size
 
 CodingTree coding_tree_of(const ViewTree& tree) {
     TreeBuilder builder;
-    if (!tree.nodes.empty())
-        (void)add_view_node(builder, tree, 0);
-    return std::move(builder.tree);
+    return builder.take(tree.nodes.empty() ? TreeBuilder::kNothing : add_view_node(builder, tree, 0));
 }
 
 CodingTree coding_tree_of(const CellGrid& grid, std::span<const std::uint32_t> cell_row) {
     TreeBuilder builder;
-    if (!cell_row.empty())
-        (void)add_cells(builder, grid, cell_row, {0, 0, 0}, grid.count);
-    return std::move(builder.tree);
+    return builder.take(cell_row.empty() ? TreeBuilder::kNothing
+                                         : add_cells(builder, grid, cell_row, {0, 0, 0}, grid.count));
 }
 
 std::vector<std::byte> encode_tree_rows(const CodingTree& tree, TreeCoding coding, std::span<const std::uint64_t> rows,

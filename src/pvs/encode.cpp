@@ -1,4 +1,7 @@
 // PvsData to the bytes of a file.
+#include "pvs/coding_archive.hpp"
+#include "pvs/coding_references.hpp"
+#include "pvs/coding_tree.hpp"
 #include "pvs/format.hpp"
 #include "pvs/grid.hpp"
 #include "pvs/row_coding.hpp"
@@ -57,8 +60,8 @@ Status check(const PvsData& data) {
     if (!fits_u32(data.objects.size()) || !fits_u32(data.method.size()) || !fits_u32(data.tool_version.size()))
         return {ErrorCode::limit, "encode_pvs: more than 2^32 objects or letters"};
     std::uint64_t volumes = 0;
-    if (!is_usable(data.volumes, volumes) || !fits_u32(std::size_t(volumes) + data.objects.size()))
-        return usage("the grid of occludee volumes is empty, too large or not finite");
+    if (!is_usable(data.volumes, volumes) || volumes > kMostVolumes)
+        return usage("the grid of occludee volumes is empty, larger than 2^20 or not finite");
     if (Status status = check_cells(data); !status)
         return status;
     return check_rows(data);
@@ -75,7 +78,7 @@ class RowTable {
                 always_[o / 64] |= std::uint64_t(1) << (o % 64);
     }
 
-    /// Number in the file of row `row` of the data; codes it when it is new.
+    /// Number in the file of row `row` of the data.
     std::uint32_t use(std::uint32_t row) {
         if (renumbered_[row] != kUnknown)
             return renumbered_[row];
@@ -83,17 +86,13 @@ class RowTable {
         for (std::size_t w = 0; w < words_; ++w)
             words[w] |= data_.rows[row * words_ + w];
         auto [at, is_new] = numbers_.try_emplace(std::move(words), std::uint32_t(numbers_.size()));
-        if (is_new) {
-            encode_row(at->first, data_.bits_per_row(), rows);
-            fits = fits && fits_u32(rows.bytes.size());
-            index.u32(static_cast<std::uint32_t>(rows.bytes.size()));
-        }
+        if (is_new)
+            bits.insert(bits.end(), at->first.begin(), at->first.end());
         return renumbered_[row] = at->second;
     }
 
     std::uint32_t count() const { return static_cast<std::uint32_t>(numbers_.size()); }
-    ByteWriter rows, index;
-    bool fits = true; ///< the ends of all rows fit the index
+    std::vector<std::uint64_t> bits; ///< of all rows in the file's order
 
   private:
     static constexpr std::uint32_t kUnknown = 0xFFFFFFFFu;
@@ -104,12 +103,75 @@ class RowTable {
     std::map<std::vector<std::uint64_t>, std::uint32_t> numbers_;
 };
 
-ByteWriter encode_meta(const PvsData& data, std::uint32_t row_count) {
+struct CodedRows {
+    std::vector<std::byte> index, rows;
+};
+
+CodedRows encode_cheapest(Row bits, std::size_t row_count, std::size_t objects) {
+    ByteWriter index, rows;
+    for (std::size_t r = 0; r < row_count; ++r) {
+        encode_row(bits.subspan(r * words_for(objects), words_for(objects)), objects, rows);
+        index.u32(static_cast<std::uint32_t>(rows.bytes.size()));
+    }
+    return {std::move(index.bytes), std::move(rows.bytes)};
+}
+
+/// `data` with the rows of `table`, which the tree codings follow.
+std::vector<std::byte> encode_by_tree(const PvsData& data, RowTable& table, PvsCoding coding) {
+    auto scheme = TreeCoding(std::uint32_t(coding) - 1);
+    CodingTree shape;
+    if (data.tree.nodes.empty()) {
+        std::vector<std::uint32_t> cell_row = data.cell_row;
+        for (std::uint32_t& row : cell_row)
+            row = row >= kCellSolid ? row : table.use(row);
+        shape = coding_tree_of(data.grid, cell_row);
+    } else {
+        ViewTree tree = data.tree;
+        for (ViewNode& node : tree.nodes)
+            if (node.axis == ViewNode::kLeaf && node.link < kCellSolid)
+                node.link = table.use(node.link);
+        shape = coding_tree_of(tree);
+    }
+    return encode_tree_rows(shape, scheme, table.bits, data.bits_per_row());
+}
+
+Result<CodedRows> encode_rows(const PvsData& data, RowTable& table, PvsCoding coding) {
+    CodedRows coded;
+    switch (coding) {
+    case PvsCoding::cheapest:
+        coded = encode_cheapest(table.bits, table.count(), data.bits_per_row());
+        break;
+    case PvsCoding::tree_leaves:
+    case PvsCoding::tree_parent:
+    case PvsCoding::tree_sibling:
+        coded.rows = encode_by_tree(data, table, coding);
+        break;
+    case PvsCoding::references: {
+        CodedReferences references = encode_references(table.bits, table.count(), data.bits_per_row());
+        coded = {std::move(references.index), std::move(references.rows)};
+        break;
+    }
+    case PvsCoding::archive:
+        coded.rows = encode_archive(table.bits, table.count(), data.bits_per_row());
+        break;
+    default:
+        return usage("there is no row coding " + std::to_string(std::uint32_t(coding)));
+    }
+    bool is_unpacked = coding != PvsCoding::cheapest && coding != PvsCoding::references;
+    if (is_unpacked && !may_unpack(table.count(), data.bits_per_row(), coded.rows.size()))
+        return Status(ErrorCode::limit, std::string("encode_pvs: the rows are too uniform for the coding '") +
+                                            to_string(coding) + "'; choose 'references'");
+    if (!fits_u32(coded.rows.size()))
+        return Status(ErrorCode::limit, "encode_pvs: more than 4 GiB of coded rows; bake fewer cells");
+    return coded;
+}
+
+ByteWriter encode_meta(const PvsData& data, PvsCoding coding, std::uint32_t row_count) {
     ByteWriter out;
     out.u8(std::uint8_t(data.guarantee));
     out.u8(data.sides);
     out.u16(0);
-    out.u32(std::uint32_t(RowCoding::cheapest));
+    out.u32(std::uint32_t(coding));
     out.u32(static_cast<std::uint32_t>(data.objects.size()));
     out.u32(row_count);
     out.u64(data.structure_fingerprint);
@@ -186,7 +248,7 @@ ByteWriter encode_objects(const PvsData& data) {
 
 } // namespace
 
-Result<std::vector<std::byte>> encode_pvs(const PvsData& data) {
+Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding) {
     if (Status status = check(data); !status)
         return status;
     ByteWriter names, cells, tree;
@@ -197,9 +259,12 @@ Result<std::vector<std::byte>> encode_pvs(const PvsData& data) {
         cells.u32(row >= kCellSolid ? row : table.use(row));
     if (!data.tree.nodes.empty())
         tree = encode_tree(data.tree, table);
-    if (!table.fits || !fits_u32(names.bytes.size()))
-        return Status(ErrorCode::limit, "encode_pvs: more than 4 GiB of coded rows or names; bake fewer cells");
-    ByteWriter meta = encode_meta(data, table.count()), objects = encode_objects(data),
+    if (!fits_u32(names.bytes.size()))
+        return Status(ErrorCode::limit, "encode_pvs: more than 4 GiB of names; shorten them");
+    Result<CodedRows> coded = encode_rows(data, table, coding);
+    if (!coded)
+        return coded.status();
+    ByteWriter meta = encode_meta(data, coding, table.count()), objects = encode_objects(data),
                volumes = encode_volumes(data.volumes);
     std::vector<Section> sections{
         {kMetaChunk, kRequired, meta.bytes},
@@ -212,8 +277,8 @@ Result<std::vector<std::byte>> encode_pvs(const PvsData& data) {
         sections.push_back({kTreeChunk, kRequired, tree.bytes});
     if (data.volumes.cells() > 0)
         sections.push_back({kVolumesChunk, kRequired, volumes.bytes});
-    sections.push_back({kRowIndexChunk, kRequired, table.index.bytes});
-    sections.push_back({kRowsChunk, kRequired, table.rows.bytes});
+    sections.push_back({kRowIndexChunk, kRequired, coded->index});
+    sections.push_back({kRowsChunk, kRequired, coded->rows});
     return write_chunks(sections);
 }
 

@@ -21,6 +21,8 @@ inline constexpr std::size_t kCellBytes = 4;
 inline constexpr std::size_t kTreeHeaderBytes = 64;
 inline constexpr std::size_t kVolumesBytes = 64;
 inline constexpr std::size_t kRowIndexBytes = 4;
+/// A volume takes no bytes of its own, so that their number must be bounded.
+inline constexpr std::uint64_t kMostVolumes = std::uint64_t(1) << 20;
 
 /// ObjectFlag::kAlwaysVisible of scene.hpp, which the run time may not include (a test compares the two).
 inline constexpr std::uint32_t kAlwaysVisibleFlag = 1u << 2;
@@ -31,9 +33,11 @@ enum TreeNode : std::uint8_t {
     kLeafOfGivenRow = 6, ///< the row follows
 };
 
-/// How rows are coded; stored in META.
-enum class RowCoding : std::uint32_t {
-    cheapest = 1, ///< each row alone, in the shortest of three ways: row_coding.hpp
-};
+/// Whether a coding that must be unpacked on opening may hold so many (row, object) pairs in so many bytes: bounds the
+/// time and memory that a small file can ask for.
+constexpr bool may_unpack(std::uint64_t rows, std::uint64_t objects, std::uint64_t bytes) {
+    std::uint64_t most = (std::uint64_t(1) << 22) + 1024 * bytes;
+    return objects == 0 || rows <= most / objects;
+}
 
 } // namespace antumbra

@@ -1,5 +1,8 @@
 // Opening: proves once that every range of every chunk lies inside the file, so that queries can trust them. The
 // proof does not rely on checksums: a file made to deceive, with right checksums, is refused or answered safely.
+#include "pvs/coding_archive.hpp"
+#include "pvs/coding_references.hpp"
+#include "pvs/coding_tree.hpp"
 #include "pvs/format.hpp"
 #include "pvs/grid.hpp"
 #include "pvs/row_coding.hpp"
@@ -93,7 +96,8 @@ class PvsOpener {
         std::uint8_t guarantee = std::to_integer<std::uint8_t>(bytes[0]);
         if (guarantee < std::uint8_t(Guarantee::exact) || guarantee > std::uint8_t(Guarantee::approximate))
             return corrupt(kMetaChunk, "the guarantee is none of the four");
-        if (RowCoding(load_u32(bytes, 4)) != RowCoding::cheapest)
+        pvs_.coding_ = PvsCoding(load_u32(bytes, 4));
+        if (pvs_.coding_ < PvsCoding::cheapest || pvs_.coding_ > PvsCoding::archive)
             return {ErrorCode::unsupported, "chunk 'META': this program does not know row coding " +
                                                 std::to_string(load_u32(bytes, 4)) +
                                                 "; use a later version of Antumbra"};
@@ -223,7 +227,7 @@ class PvsOpener {
         for (std::size_t axis = 0; axis < 3; ++axis)
             pvs_.volumes_.count[axis] = load_u32(bytes, 48 + 4 * axis);
         std::uint64_t count = 0;
-        if (!is_usable(pvs_.volumes_, count) || count + pvs_.object_count_ > 0xFFFFFFFFu)
+        if (!is_usable(pvs_.volumes_, count) || count > kMostVolumes)
             return corrupt(kVolumesChunk, "the grid is empty, too large or not finite");
         return {};
     }
@@ -233,6 +237,21 @@ class PvsOpener {
             return status;
         if (Status status = get(kRowsChunk, pvs_.row_bytes_); !status)
             return status;
+        pvs_.visibility_bytes_ = pvs_.row_index_.size() + pvs_.row_bytes_.size();
+        if (pvs_.coding_ == PvsCoding::cheapest)
+            return cheapest_rows();
+        if (pvs_.coding_ == PvsCoding::references)
+            return reference_rows();
+        return unpack_rows();
+    }
+
+    Status reference_rows() {
+        Status status =
+            ReferenceRows::open(pvs_.row_index_, pvs_.row_bytes_, pvs_.row_count_, pvs_.bits_per_row()).status();
+        return status.ok() ? Status() : corrupt(kRowsChunk, status.message());
+    }
+
+    Status cheapest_rows() {
         std::uint64_t count = pvs_.row_count_;
         if (pvs_.row_index_.size() != count * kRowIndexBytes)
             return corrupt(kRowIndexChunk, "its size contradicts the number of rows");
@@ -243,6 +262,54 @@ class PvsOpener {
             if (!is_row(pvs_.coded_row(r), pvs_.bits_per_row()))
                 return corrupt(kRowsChunk, "row " + std::to_string(r) + " cannot be decoded");
         return {};
+    }
+
+    Status unpack_rows() {
+        if (!pvs_.row_index_.empty())
+            return corrupt(kRowIndexChunk, "the row coding has no index");
+        if (!may_unpack(pvs_.row_count_, pvs_.bits_per_row(), pvs_.row_bytes_.size()))
+            return {ErrorCode::limit, "chunk 'ROWS': it would unpack to more than its size allows; the file was not "
+                                      "written by Antumbra"};
+        Result<std::vector<std::uint64_t>> bits =
+            pvs_.coding_ == PvsCoding::archive
+                ? decode_archive(pvs_.row_bytes_, pvs_.row_count_, pvs_.bits_per_row())
+                : decode_by_tree();
+        if (!bits)
+            return corrupt(kRowsChunk, bits.status().message());
+        repack(*bits);
+        return {};
+    }
+
+    Result<std::vector<std::uint64_t>> decode_by_tree() {
+        std::vector<std::uint32_t> cell_row(std::size_t(cell_count_), kCellNotBaked);
+        for (std::size_t c = 0; c < cell_row.size(); ++c)
+            cell_row[c] = pvs_.cell_row(c);
+        CodingTree tree = cell_row.empty() ? coding_tree_of(pvs_.tree_) : coding_tree_of(pvs_.grid_, cell_row);
+        std::size_t words = pvs_.words_per_row(), rows = (tree.nodes.size() + 1) / 2;
+        std::vector<std::uint64_t> bits(pvs_.row_count_ * words);
+        auto keep = [&](std::uint32_t row, std::span<const std::uint64_t> set) {
+            std::copy(set.begin(), set.end(), bits.begin() + std::ptrdiff_t(row * words));
+        };
+        if (rows != pvs_.row_count_ || !decode_tree_rows(tree, TreeCoding(std::uint32_t(pvs_.coding_) - 1),
+                                                         pvs_.row_bytes_, pvs_.bits_per_row(), keep))
+            return Status(ErrorCode::corrupt, "it does not hold the rows that the cells refer to");
+        return bits;
+    }
+
+    /// Keeps the rows in a coding that has random access and takes little memory.
+    void repack(std::span<const std::uint64_t> bits) {
+        ByteWriter index, rows;
+        std::size_t words = pvs_.words_per_row();
+        for (std::size_t r = 0; r < pvs_.row_count_; ++r) {
+            encode_row(bits.subspan(r * words, words), pvs_.bits_per_row(), rows);
+            index.u32(static_cast<std::uint32_t>(rows.bytes.size()));
+        }
+        auto unpacked = std::make_shared<std::array<std::vector<std::byte>, 2>>();
+        (*unpacked)[0] = std::move(index.bytes);
+        (*unpacked)[1] = std::move(rows.bytes);
+        pvs_.row_index_ = (*unpacked)[0];
+        pvs_.row_bytes_ = (*unpacked)[1];
+        pvs_.unpacked_ = std::move(unpacked);
     }
 
     std::span<const Section> sections_;

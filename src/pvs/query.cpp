@@ -1,6 +1,7 @@
 // What an opened file answers. Everything here trusts what open() has proved.
 #include <antumbra/pvs.hpp>
 
+#include "pvs/coding_references.hpp"
 #include "pvs/count_bits.hpp"
 #include "pvs/format.hpp"
 #include "pvs/grid.hpp"
@@ -62,6 +63,24 @@ const char* to_string(Guarantee guarantee) {
     return "unknown";
 }
 
+const char* to_string(PvsCoding coding) {
+    switch (coding) {
+    case PvsCoding::cheapest:
+        return "cheapest";
+    case PvsCoding::tree_leaves:
+        return "tree-leaves";
+    case PvsCoding::tree_parent:
+        return "tree-parent";
+    case PvsCoding::tree_sibling:
+        return "tree-sibling";
+    case PvsCoding::references:
+        return "references";
+    case PvsCoding::archive:
+        return "archive";
+    }
+    return "unknown";
+}
+
 PvsObject Pvs::object(std::uint32_t index) const {
     std::size_t at = std::size_t(index) * kObjectBytes;
     auto corner = [&](std::size_t from) {
@@ -96,8 +115,6 @@ Box3d Pvs::object_bounds(std::uint32_t index) const {
 
 std::uint32_t Pvs::cell_row(std::uint64_t cell) const { return load_u32(cells_, std::size_t(cell) * kCellBytes); }
 
-std::uint64_t Pvs::visibility_bytes() const { return row_index_.size() + row_bytes_.size(); }
-
 std::span<const std::byte> Pvs::coded_row(std::uint32_t row) const {
     auto end = [&](std::uint32_t r) { return load_u32(row_index_, std::size_t(r) * kRowIndexBytes); };
     std::size_t first = row == 0 ? 0 : end(row - 1);
@@ -105,8 +122,13 @@ std::span<const std::byte> Pvs::coded_row(std::uint32_t row) const {
 }
 
 void Pvs::decode_row(std::uint32_t row, std::span<std::uint64_t> words) const {
+    bool is_decoded = row < row_count_;
+    if (is_decoded && coding_ == PvsCoding::references)
+        ReferenceRows(row_index_, row_bytes_, row_count_, bits_per_row()).decode(row, words);
+    else if (is_decoded)
+        is_decoded = antumbra::decode_row(coded_row(row), bits_per_row(), words);
     // open() has seen that every row decodes; should the bytes have changed since, everything is visible.
-    if (row >= row_count_ || !antumbra::decode_row(coded_row(row), bits_per_row(), words)) {
+    if (!is_decoded) {
         mark_visible(words, bits_per_row());
         return;
     }

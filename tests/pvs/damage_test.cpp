@@ -1,6 +1,7 @@
 // Damaged, truncated and hostile files: a clear error, never a crash or a wrong answer.
 #include "pvs/format.hpp"
 #include "pvs/random_pvs.hpp"
+#include "pvs/random_tree.hpp"
 #include "pvs/reseal.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@ PvsData small_data() {
     return data;
 }
 
-Bytes small_file() { return *encode_pvs(small_data()); }
+Bytes small_file(PvsCoding coding = PvsCoding::cheapest) { return *encode_pvs(small_data(), coding); }
 
 Status open_status(std::span<const std::byte> bytes) { return Pvs::open(bytes).status(); }
 
@@ -97,15 +98,37 @@ std::uint64_t ask_everything(const Pvs& pvs) {
         sum += cursor.visible_count;
         EXPECT_LE(cursor.visible_count, pvs.object_count());
     }
+    Box3d bounds = pvs.tree().nodes.empty() ? pvs.grid().bounds : pvs.tree().bounds;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d eye = bounds.corner(corner);
+        (void)pvs.query(eye, cursor);
+        (void)pvs.query_range(camera_range({eye, eye}, bounds.centre() - eye, {0.1, 1, 0.2}, 0.5, 1.5), cursor);
+        sum += pvs.is_box_visible({eye, eye}, cursor);
+        EXPECT_LE(cursor.visible_count, pvs.object_count());
+    }
     return sum;
 }
 
+/// Every coding, over a grid and over a view tree with volumes.
+std::vector<Bytes> files_of_all_kinds() {
+    std::vector<Bytes> files;
+    PvsData tree;
+    for (std::uint64_t seed = 0; tree.objects.size() < 20 || tree.row_count < 20 || tree.volumes.cells() == 0; ++seed)
+        tree = test::random_pvs_tree(seed, 40);
+    for (std::uint32_t coding = 1; coding <= 6; ++coding) {
+        files.push_back(small_file(PvsCoding(coding)));
+        files.push_back(*encode_pvs(tree, PvsCoding(coding)));
+    }
+    return files;
+}
+
 TEST(PvsDamage, HostileContentWithRightChecksumsIsRefusedOrAnsweredSafely) {
-    Bytes file = small_file();
+    std::vector<Bytes> files = files_of_all_kinds();
     Random random(17);
     int opened = 0, refused = 0;
     const std::uint32_t telling[] = {0, 1, 0x7F, 0x80, 0xFF, 0x7FFFFFFF, 0xFFFFFFFE, 0xFFFFFFFF};
-    for (int round = 0; round < 20000; ++round) {
+    for (int round = 0; round < 12000; ++round) {
+        const Bytes& file = files[std::size_t(round) % files.size()];
         Bytes hostile = file;
         for (std::uint32_t i = 0, n = 1 + random.below(4); i < n; ++i) {
             std::uint32_t at = random.below(static_cast<std::uint32_t>(file.size() - 4));
@@ -171,6 +194,42 @@ TEST(PvsDamage, ALaterVersionIsUnsupported) {
     file[12] = std::byte(kMinorVersion + 1);
     reseal(file);
     EXPECT_EQ(open_status(file).code(), ErrorCode::unsupported) << "the oldest minor version that can read it";
+}
+
+TEST(PvsDamage, AFewBytesCannotAskForMuch) {
+    PvsData data;
+    data.objects.resize(40000);
+    data.grid = {{{0, 0, 0}, {1, 1, 1}}, {40, 1, 1}};
+    data.row_count = 40;
+    data.rows.resize(40 * data.words_per_row());
+    for (std::uint32_t r = 0; r < 40; ++r) {
+        data.rows[r * data.words_per_row()] = r;
+        data.cell_row.push_back(r);
+    }
+    EXPECT_TRUE(encode_pvs(data, PvsCoding::archive).ok());
+    EXPECT_TRUE(may_unpack(1000, 4194, 0));
+    EXPECT_FALSE(may_unpack(1000, 4200, 0));
+    EXPECT_TRUE(may_unpack(1000, 4200, 10));
+    EXPECT_FALSE(may_unpack(0xFFFFFFFFu, 0xFFFFFFFFu, 1 << 20));
+    EXPECT_TRUE(may_unpack(0xFFFFFFFFu, 0, 0));
+}
+
+// Found by a test that took too long: volumes without number.
+TEST(PvsDamage, TooManyVolumesAreRefused) {
+    PvsData data = small_data();
+    data.row_count = 0;
+    data.rows.clear();
+    data.cell_row.assign(data.cell_row.size(), kCellNotBaked);
+    data.volumes = {data.grid.bounds, {1024, 1024, 1}};
+    Bytes file = *encode_pvs(data);
+    EXPECT_TRUE(Pvs::open(file).ok());
+    for (const test::TableEntry& entry : test::table_of(file))
+        if (entry.id == kVolumesChunk)
+            test::store_u32(file, std::size_t(entry.offset) + 56, 2);
+    reseal(file);
+    EXPECT_EQ(open_status(file).code(), ErrorCode::corrupt);
+    data.volumes.count[2] = 2;
+    EXPECT_EQ(encode_pvs(data).status().code(), ErrorCode::usage);
 }
 
 TEST(PvsDamage, UnknownRowCodingIsUnsupported) {

@@ -8,6 +8,7 @@
 #include <rapidcheck.h>
 
 #include <cmath>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -18,8 +19,8 @@ using test::expected_row;
 using test::random_pvs;
 using Words = std::vector<std::uint64_t>;
 
-std::vector<std::byte> encoded(const PvsData& data) {
-    Result<std::vector<std::byte>> bytes = encode_pvs(data);
+std::vector<std::byte> encoded(const PvsData& data, PvsCoding coding = PvsCoding::cheapest) {
+    Result<std::vector<std::byte>> bytes = encode_pvs(data, coding);
     EXPECT_TRUE(bytes.ok()) << bytes.status().message();
     return *bytes;
 }
@@ -128,8 +129,10 @@ TEST(Pvs, ObjectsThatAreNeverCulledAreInEveryRow) {
 TEST(Pvs, KeepsEverythingThatItWasGiven) {
     EXPECT_TRUE(rc::check("encode, open, decode is the identity", [](std::uint64_t seed) {
         PvsData data = random_pvs(seed);
-        std::vector<std::byte> bytes = encoded(data);
+        auto coding = PvsCoding(1 + seed % 6);
+        std::vector<std::byte> bytes = encoded(data, coding);
         Pvs pvs = opened(bytes);
+        RC_ASSERT(pvs.coding() == coding);
         RC_ASSERT(pvs.guarantee() == data.guarantee);
         RC_ASSERT(pvs.method() == data.method);
         RC_ASSERT(pvs.tool_version() == data.tool_version);
@@ -202,6 +205,18 @@ TEST(Pvs, TheSameDataGivesTheSameBytes) {
     }));
 }
 
+TEST(Pvs, ACopyAnswersWhenTheOriginalIsGone) {
+    for (PvsCoding coding : {PvsCoding::tree_sibling, PvsCoding::archive, PvsCoding::references}) {
+        std::vector<std::byte> bytes = encoded(small_pvs(), coding);
+        std::optional<Pvs> original = opened(bytes);
+        Pvs copy = *original;
+        original.reset();
+        PvsCursor cursor;
+        (void)copy.query({1.5, 0.5, 0.5}, cursor);
+        EXPECT_EQ(cursor.visible, (Words{5}));
+    }
+}
+
 TEST(Pvs, SharesEqualRows) {
     PvsData data = small_pvs();
     data.rows = {5, 5};
@@ -224,6 +239,7 @@ TEST(Pvs, RefusesDataThatContradictsItself) {
     refused([](PvsData& d) { d.grid.bounds.max.x = INFINITY; }, "grid");
     refused([](PvsData& d) { d.grid.count[1] = 0; }, "grid");
     refused([](PvsData& d) { d.origin.y = std::nan(""); }, "origin");
+    EXPECT_EQ(encode_pvs(small_pvs(), PvsCoding(9)).status().code(), ErrorCode::usage);
     refused([](PvsData& d) { d.guarantee = Guarantee(9); }, "guarantee");
 }
 
