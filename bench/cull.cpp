@@ -8,6 +8,7 @@
 #include <antumbra/occluder_finding.hpp>
 
 #include "base/random.hpp"
+#include "cull/tangent_table.hpp"
 #include "rays/arbiter.hpp"
 #include "rays/tracer.hpp"
 
@@ -32,12 +33,13 @@ struct Options {
     std::vector<std::string> scenes;
     std::vector<std::string> methods;
     int frames = 240, passes = 5, truth = 160;
+    double speed = 1; ///< walking speed
     double height = 0;
     CullerOptions culler;
 };
 
 /// Walks of one second at 60 frames, from places in the open that see something, forward where there is room.
-std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int frames) {
+std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int frames, double speed) {
     Box3d bounds = to_double(scene.local_bounds());
     Vec3d size = bounds.size();
     double unit = std::max({size.x, size.y, size.z}) / 500; // a step: two thousandths of the scene
@@ -65,7 +67,7 @@ std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int fram
             continue;
         for (int i = 0; i < 60 && int(views.size()) < frames; ++i) {
             View view;
-            view.eye = eye + ahead * (unit * 0.05 * i);
+            view.eye = eye + ahead * (unit * 0.05 * speed * i);
             view.target = view.eye + ahead;
             view.near_plane = 0.02 * unit;
             views.push_back(view);
@@ -139,6 +141,8 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
             row.sum.polygons_drawn += result.counters.polygons_drawn;
             row.sum.boxes_tested += result.counters.boxes_tested;
             row.sum.nodes_visited += result.counters.nodes_visited;
+            row.sum.relations_cached += result.counters.relations_cached;
+            row.sum.relations_made += result.counters.relations_made;
             for (std::size_t word = 0; word < truth.seen[f].size(); ++word)
                 row.lost += std::uint64_t(__builtin_popcountll(truth.seen[f][word] & ~result.visible[word]));
         }
@@ -147,6 +151,38 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
     row.median = best[best.size() / 2];
     row.p99 = best[best.size() * 99 / 100];
     return row;
+}
+
+/// Tangent vertices by table against trying all eight (Coorg and Teller: about ten times).
+void measure_tangents() {
+    Random random(5);
+    constexpr int kCount = 20000;
+    std::vector<Box3d> boxes(kCount);
+    std::vector<Vec3d> origins(kCount), directions(kCount);
+    for (int i = 0; i < kCount; ++i)
+        for (int k = 0; k < 3; ++k) {
+            boxes[std::size_t(i)].min[k] = random.uniform(-1, 0);
+            boxes[std::size_t(i)].max[k] = random.uniform(0, 1);
+            origins[std::size_t(i)][k] = random.uniform(-4, 4);
+            directions[std::size_t(i)][k] = random.uniform(-1, 1);
+        }
+    auto time = [&](auto&& find) {
+        double best = 1e9;
+        unsigned sum = 0;
+        for (int pass = 0; pass < 9; ++pass) {
+            Clock::time_point start = Clock::now();
+            for (std::size_t i = 0; i < kCount; ++i) {
+                Tangents tangents = find(boxes[i], origins[i], directions[i]);
+                sum += tangents.valid ? unsigned(tangents.first ^ tangents.second) : 0;
+            }
+            best = std::min(best, milliseconds_since(start));
+        }
+        return std::pair(best * 1e6 / kCount, sum);
+    };
+    auto [table, a] = time(find_tangents);
+    auto [naive, b] = time(find_tangents_naive);
+    std::printf("tangent vertices: table %.1f ns, all eight %.1f ns, ratio %.1f%s\n", table, naive, naive / table,
+                a == b ? "" : " (they disagree!)");
 }
 
 /// A file, or the name of a generated scene.
@@ -184,7 +220,7 @@ void run(const std::string& path, const Options& options) {
     start = Clock::now();
     CullScene cull_scene = CullScene::create(input);
     double preparing = milliseconds_since(start);
-    std::vector<View> views = street_walk(*scene, tracer, options.frames);
+    std::vector<View> views = street_walk(*scene, tracer, options.frames, options.speed);
     if (views.empty()) {
         std::printf("%s: found no place to walk\n", path.c_str());
         return;
@@ -215,6 +251,9 @@ void run(const std::string& path, const Options& options) {
                     row.p99, row.median / base, row.reported, 100 * (1 - row.reported / frustum),
                     row.reported / truth.mean, (unsigned long long)row.lost, double(row.sum.patches_drawn) / frames,
                     double(row.sum.polygons_drawn) / frames, double(row.sum.boxes_tested) / frames);
+        if (row.sum.relations_made)
+            std::printf("%-16s relations per frame: %.0f made, %.0f cached\n", "",
+                        double(row.sum.relations_made) / frames, double(row.sum.relations_cached) / frames);
     }
 }
 
@@ -232,6 +271,8 @@ int main(int argc, char** argv) {
             options.truth = std::atoi(value());
         else if (!std::strcmp(argv[i], "--width"))
             options.culler.raster_width = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--speed"))
+            options.speed = std::atof(value());
         else if (!std::strcmp(argv[i], "--occluders"))
             options.culler.occluders = std::uint32_t(std::atoi(value()));
         else if (!std::strcmp(argv[i], "--published"))
@@ -252,6 +293,7 @@ int main(int argc, char** argv) {
     options.methods.insert(options.methods.begin(), "frustum-scalar");
     if (options.scenes.empty())
         options.scenes.push_back("city");
+    measure_tangents();
     for (const std::string& path : options.scenes)
         run(path, options);
 }

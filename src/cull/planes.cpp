@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
 constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that is used
-constexpr std::uint32_t kStepsPerFrame = 64; ///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kStepsPerFrame = 32; ///< nodes of the occluder tree that a frame opens
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
-constexpr double kStep = 0.001;              ///< who moves less keeps the occluders found
+constexpr double kStep = 0.002;              ///< who moves less keeps the occluders found
 constexpr std::uint8_t kNoSlot = 0xFF;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
 

@@ -14,7 +14,7 @@ namespace antumbra {
 namespace {
 
 constexpr std::uint32_t kMostEdges = 8;
-constexpr std::uint32_t kCacheEntries = 1u << 13; ///< about 600 bytes each
+constexpr std::uint32_t kCacheEntries = 1u << 15; ///< about 600 bytes each
 constexpr std::uint32_t kMostListed = 64;         ///< occluders of one view
 constexpr std::uint32_t kDetailOccluders = 16;    ///< of one detail object
 
@@ -34,6 +34,8 @@ struct Relation {
     std::uint32_t edges = 0;
     Plane supporting[kMostEdges], separating[kMostEdges];
 };
+
+const Relation kImpossible;
 
 struct Entry {
     std::uint32_t node, first, count; ///< occluders: list[first .. first + count)
@@ -258,30 +260,36 @@ class PublishedPlanes final : public Culler {
                              CullCounters& counters) const {
         const OccluderPolygon& polygon = scene_.data().occluders.polygons[occluder];
         bool front = dot(polygon.normal, eye) + polygon.offset > 0;
+        // Most pairs end here, at the price of one plane; they are not worth a place in the cache.
+        if (!is_behind(scene_.data().binary[node].box, polygon, front ? 1 : -1))
+            return kImpossible;
         std::uint64_t key = (std::uint64_t(node) << 32 | occluder) << 1 | std::uint64_t(front);
-        Relation& entry = state.cache[(key * 0x9E3779B97F4A7C15u) >> (64 - 13)];
-        static_assert(kCacheEntries == 1u << 13);
+        Relation& entry = state.cache[(key * 0x9E3779B97F4A7C15u) >> (64 - 15)];
+        static_assert(kCacheEntries == 1u << 15);
         if (entry.key == key) {
             ++counters.relations_cached;
             return entry;
         }
         ++counters.relations_made;
         entry.key = key;
-        form(entry, to_double(scene_.data().binary[node].box), polygon, front);
+        form(entry, to_double(scene_.data().binary[node].box), polygon);
         return entry;
     }
 
-    void form(Relation& pair, const Box3d& box, const OccluderPolygon& polygon, bool front) const {
-        const OccluderSet& set = scene_.data().occluders;
-        pair.possible = false;
-        pair.edges = polygon.count;
-        double side = front ? 1 : -1, nearest = 0;
+    /// Strictly, as seen from `side`: coplanar walls stay visible.
+    bool is_behind(const Box3f& box, const OccluderPolygon& polygon, double side) const {
+        double nearest = polygon.offset * side;
         for (int axis = 0; axis < 3; ++axis) {
             double n = polygon.normal[axis] * side;
             nearest += n * (n > 0 ? box.max[axis] : box.min[axis]);
         }
-        if (!(nearest + polygon.offset * side < -1e-9 * extent_)) // strictly behind: coplanar walls stay
-            return;
+        return nearest < -1e-9 * extent_;
+    }
+
+    void form(Relation& pair, const Box3d& box, const OccluderPolygon& polygon) const {
+        const OccluderSet& set = scene_.data().occluders;
+        pair.possible = false;
+        pair.edges = polygon.count;
         std::span<const std::uint32_t> loop = set.loop(polygon);
         for (std::uint32_t edge = 0; edge < polygon.count; ++edge) {
             Vec3d a = to_double(set.vertices[loop[edge]]);

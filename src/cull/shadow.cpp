@@ -18,17 +18,15 @@ struct Corner {
     bool silhouette; ///< the edge that starts here
 };
 
-/// Adds one half-space, inward normal, through `point`, with the padding for every box of `domain`.
-bool add_plane(Shadow& shadow, const Vec3d& normal, const Vec3d& point, const Box3f& domain, double slack) {
-    double size = length(normal);
+/// Adds one half-space, inward normal of length `size`, through `point`; padded for every box with |p| <= reach.
+bool add_plane(Shadow& shadow, const Vec3d& normal, double size, const Vec3d& point, const Vec3d& reach, double slack) {
     if (!(size > 0) || shadow.count == kMostShadowPlanes)
         return false;
-    Vec3d unit = normal / size;
-    double offset = -dot(unit, point), magnitude = std::abs(offset);
-    for (int axis = 0; axis < 3; ++axis) {
-        magnitude += std::abs(unit[axis]) * std::max(std::abs(double(domain.min[axis])), std::abs(double(domain.max[axis])));
+    Vec3d unit = normal * (1 / size);
+    double offset = -dot(unit, point);
+    double magnitude = std::abs(offset) + std::abs(unit.x) * reach.x + std::abs(unit.y) * reach.y + std::abs(unit.z) * reach.z;
+    for (int axis = 0; axis < 3; ++axis)
         shadow.normal[shadow.count][axis] = static_cast<float>(unit[axis]);
-    }
     // As in frustum_planes(): seven roundings, eight for good measure; and one more for rounding the sum below.
     double pad = 9 * 0x1p-24 * magnitude + slack + 0x1p-120;
     shadow.certainly[shadow.count] = static_cast<float>(offset - pad);
@@ -109,9 +107,10 @@ bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members,
     int sides[16];
     bool whole[16]; // needs no clipping
     auto count = std::min<std::size_t>(members.size(), std::size(sides));
-    double domain_reach = 0;
+    Vec3d farthest;
     for (int axis = 0; axis < 3; ++axis)
-        domain_reach += std::max(std::abs(double(domain.min[axis])), std::abs(double(domain.max[axis])));
+        farthest[axis] = std::max(std::abs(double(domain.min[axis])), std::abs(double(domain.max[axis])));
+    double domain_reach = farthest.x + farthest.y + farthest.z;
     double reach = std::abs(camera.eye.x) + std::abs(camera.eye.y) + std::abs(camera.eye.z);
     double tolerance = 1e-9 * (reach + domain_reach + std::abs(near_depth));
     for (std::size_t m = 0; m < count; ++m) {
@@ -155,14 +154,14 @@ bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members,
             Vec3d inward = cross(b - a, sight);
             // The line of sight is known to about 1e-15 of the coordinates; seen from `distance` away that turns
             // the plane, and at the far end of the domain moves it. Planes that are quite uncertain hide nothing.
-            double distance = length(inward) / (length(b - a) + 1e-300);
-            double unsure = camera.orthographic ? camera.turn : 1e-14 * (reach + length(a)) / distance;
+            double size = length(inward), size_a = std::abs(a.x) + std::abs(a.y) + std::abs(a.z);
+            double unsure = camera.orthographic ? camera.turn : 1e-14 * (reach + size_a) * length(b - a) / size;
             if (!(unsure < 1e-5))
                 return false;
-            if (!add_plane(shadow, inward, a, domain, unsure * (domain_reach + length(a))))
+            if (!add_plane(shadow, inward, size, a, farthest, unsure * (domain_reach + size_a)))
                 return false;
         }
-        if (!add_plane(shadow, polygon.normal * -double(sides[m]), polygon.centre, domain, 0))
+        if (!add_plane(shadow, polygon.normal * -double(sides[m]), 1, polygon.centre, farthest, 0))
             return false;
     }
     return shadow.count >= 4;

@@ -5,12 +5,16 @@
 namespace antumbra {
 namespace {
 
+constexpr int kMostEdges = 6;
+
+/// Always six edges, so that the look-up has no branches: those beyond `count` repeat the first and are masked out.
 struct Silhouette {
     int count = 0; ///< 4, 6, or 0 for the region inside
-    std::array<std::uint8_t, 6> vertex{}; ///< in order around
-    std::array<std::uint8_t, 6> axis{};   ///< of the edge from vertex i to the next
-    std::array<std::int8_t, 6> way{};     ///< its direction along that axis
-    std::array<Tangents, 64> tangents{};  ///< per bit code of the sides of the edges
+    unsigned mask = 0;
+    std::array<std::uint8_t, kMostEdges> vertex{}; ///< in order around
+    std::array<std::uint8_t, kMostEdges> axis{};   ///< of the edge from vertex i to the next
+    std::array<double, kMostEdges> way{};          ///< its direction along that axis, 1 or -1
+    std::array<Tangents, 64> tangents{};           ///< per bit code of the sides of the edges
 };
 
 /// Corner v has a neighbour across each axis; the edge between them separates two faces.
@@ -46,7 +50,7 @@ Silhouette silhouette_of(const std::array<int, 3>& region) {
             auto slot = static_cast<std::size_t>(result.count++);
             result.vertex[slot] = static_cast<std::uint8_t>(at);
             result.axis[slot] = static_cast<std::uint8_t>(edge.axis);
-            result.way[slot] = edge.a == at ? 1 : -1;
+            result.way[slot] = edge.a == at ? 1.0 : -1.0;
             at = edge.a == at ? edge.b : edge.a;
             previous = i;
             break;
@@ -70,6 +74,12 @@ void fill_tangents(Silhouette& silhouette) {
         tangents.valid = found == 2;
         silhouette.tangents[static_cast<std::size_t>(code)] = tangents;
     }
+    silhouette.mask = (1u << n) - 1;
+    for (auto slot = static_cast<std::size_t>(n); n > 0 && slot < kMostEdges; ++slot) {
+        silhouette.vertex[slot] = silhouette.vertex[0];
+        silhouette.axis[slot] = silhouette.axis[0];
+        silhouette.way[slot] = silhouette.way[0];
+    }
 }
 
 std::array<Silhouette, 27> make_table() {
@@ -81,24 +91,30 @@ std::array<Silhouette, 27> make_table() {
     return table;
 }
 
+const std::array<Silhouette, 27> kTable = make_table();
+
 } // namespace
 
 Tangents find_tangents(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {
-    static const std::array<Silhouette, 27> table = make_table();
-    auto place = [&](int axis) { return origin[axis] < box.min[axis] ? 0 : origin[axis] > box.max[axis] ? 2 : 1; };
-    const Silhouette& silhouette = table[static_cast<std::size_t>(place(0) + 3 * place(1) + 9 * place(2))];
     const double low[3] = {box.min.x - origin.x, box.min.y - origin.y, box.min.z - origin.z};
     const double high[3] = {box.max.x - origin.x, box.max.y - origin.y, box.max.z - origin.z};
+    // Below the box is place 0, beside it 1, above it 2.
+    auto place = [&](int axis) { return 1 - int(low[axis] > 0) + int(high[axis] < 0); };
+    const Silhouette& silhouette = kTable[static_cast<std::size_t>(place(0) + 3 * place(1) + 9 * place(2))];
+    // corners[axis][0 or 1], twice over the axes, so that the next axes need no remainder.
+    const double corners[5][2] = {{low[0], high[0]}, {low[1], high[1]}, {low[2], high[2]}, {low[0], high[0]}, {low[1], high[1]}};
+    const double along[5] = {direction.x, direction.y, direction.z, direction.x, direction.y};
+    constexpr int kNext[5] = {0, 1, 2, 0, 1};
     unsigned code = 0;
-    for (int i = 0; i < silhouette.count; ++i) {
+    for (int i = 0; i < kMostEdges; ++i) {
         // (w x e_axis) . direction needs two products: the edge runs along an axis.
         auto slot = static_cast<std::size_t>(i);
-        int axis = silhouette.axis[slot], u = (axis + 1) % 3, v = (axis + 2) % 3, corner = silhouette.vertex[slot];
-        double wu = corner >> u & 1 ? high[u] : low[u], wv = corner >> v & 1 ? high[v] : low[v];
-        double side = (wv * direction[u] - wu * direction[v]) * silhouette.way[slot];
+        int u = silhouette.axis[slot] + 1, v = u + 1, corner = silhouette.vertex[slot];
+        double wu = corners[u][corner >> kNext[u] & 1], wv = corners[v][corner >> kNext[v] & 1];
+        double side = (wv * along[u] - wu * along[v]) * silhouette.way[slot];
         code |= unsigned(side > 0) << i;
     }
-    return silhouette.tangents[code];
+    return silhouette.tangents[code & silhouette.mask];
 }
 
 Tangents find_tangents_naive(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {
