@@ -1,12 +1,12 @@
-// How much is seen in the generated scenes: for docs/scenes.md. Brute force, no bake: many uniform rays per view cell, 16
-// from each of many uniform viewpoints. A viewpoint counts only if a walker finds room there, 0.3 m to each side (not
-// within a wardrobe), except in the machine.
+// How much is seen in the generated scenes: for docs/scenes.md. Brute force, no bake: many uniform rays per
+// view cell, 16 from each of many uniform viewpoints. A viewpoint counts only if a walker finds room there,
+// 0.3 m to each side (not within a wardrobe), except in the machine.
 //
 //   bench_scenes [KIND..] [--rays N]    prints a markdown table; KIND may be one of generate's or `block`
 //
-// Columns: view cells with free space in them; objects that are seen from a cell, on average and at most, and the
-// average as a share of all objects; share of the triangles of the seen objects; depth complexity: how many surfaces
-// that are drawn towards it an endless ray from a cell crosses, on average.
+// Columns: view cells with free space in them; objects that are seen from a cell, on average and at most, and
+// the average as a share of all objects; share of the triangles of the seen objects; depth complexity: how
+// many surfaces that are drawn towards it an endless ray from a cell crosses, on average.
 #include "base/parallel.hpp"
 #include "base/random.hpp"
 #include "rays/tracer.hpp"
@@ -54,9 +54,10 @@ Vec3d random_direction(Random& random) {
 
 /// Does the ray meet the inside of the triangle, in front of its origin and from a side that is drawn?
 bool crosses(const Scene& scene, std::uint32_t triangle, const Vec3d& origin, const Vec3d& direction) {
-    Vec3d a = scene.vertex(triangle, 0) - origin, b = scene.vertex(triangle, 1) - origin, c = scene.vertex(triangle, 2) - origin;
+    Vec3d a = scene.vertex(triangle, 0) - origin, b = scene.vertex(triangle, 1) - origin,
+          c = scene.vertex(triangle, 2) - origin;
     double u = dot(direction, cross(b, c)), v = dot(direction, cross(c, a)), w = dot(direction, cross(a, b));
-    bool front = u < 0 && v < 0 && w < 0, back = u > 0 && v > 0 && w > 0;
+    bool front = u < 0 && v < 0 && w<0, back = u> 0 && v > 0 && w > 0;
     Vec3d normal = cross(b - a, c - a);
     double ahead = dot(normal, a) * dot(normal, direction);
     return ahead > 0 && (front || (back && scene.object_of(triangle).has(kDoubleSided)));
@@ -128,7 +129,8 @@ int measure(const Walk& walk, std::uint64_t rays) {
     std::size_t cells = std::size_t(walk.cells[0]) * walk.cells[1] * walk.cells[2];
     std::vector<CellCount> counts(cells);
     parallel_for(cells, {}, [&](std::size_t i, unsigned) {
-        std::size_t place[3] = {i % walk.cells[0], i / walk.cells[0] % walk.cells[1], i / walk.cells[0] / walk.cells[1]};
+        std::size_t place[3] = {i % walk.cells[0], i / walk.cells[0] % walk.cells[1],
+                                i / walk.cells[0] / walk.cells[1]};
         Box3d cell;
         for (int k = 0; k < 3; ++k) {
             double step = walk.region.size()[k] / walk.cells[std::size_t(k)];
@@ -149,9 +151,9 @@ int measure(const Walk& walk, std::uint64_t rays) {
         deep_rays += double(count.deep_rays);
     }
     double all = double(scene->objects().size()), all_triangles = double(scene->triangles().size());
-    std::printf("| %s | %zu | %zu | %.0f | %.1f | %.0f | %.2f %% | %.2f %% | %.1f |\n", walk.kind, scene->objects().size(),
-                scene->triangles().size(), used, objects / used, most, 100 * objects / used / all,
-                100 * triangles / used / all_triangles, surfaces / deep_rays);
+    std::printf("| %s | %zu | %zu | %.0f | %.1f | %.0f | %.2f %% | %.2f %% | %.1f |\n", walk.kind,
+                scene->objects().size(), scene->triangles().size(), used, objects / used, most,
+                100 * objects / used / all, 100 * triangles / used / all_triangles, surfaces / deep_rays);
     std::fflush(stdout);
     return 0;
 }
@@ -166,7 +168,8 @@ int main(int argc, char** argv) {
             rays = std::strtoull(argv[++i], nullptr, 10);
         else
             kinds.push_back(argv[i]);
-    std::printf("| scene | objects | triangles | cells | seen per cell | at most | of the objects | triangles of these | depth "
+    std::printf("| scene | objects | triangles | cells | seen per cell | at most | of the objects | "
+                "triangles of these | depth "
                 "complexity |\n|---|---|---|---|---|---|---|---|---|\n");
     int failed = 0;
     for (const Walk& walk : kWalks) {

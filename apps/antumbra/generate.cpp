@@ -47,13 +47,16 @@ int run_generate(GenerateArguments& arguments) {
 void add_generate(CLI::App& app) {
     auto arguments = std::make_shared<GenerateArguments>();
     CLI::App& command = *app.add_subcommand("generate", "A procedural scene in the manner of the papers");
-    command.add_option("KIND", arguments->kind, fmt::format("One of: {}", fmt::join(generator_names(), ", ")))
+    command
+        .add_option("KIND", arguments->kind, fmt::format("One of: {}", fmt::join(generator_names(), ", ")))
         ->required();
     command.add_option("-o,--output", arguments->output, "The scene to write (.glb)")->required();
-    command.add_option("--triangles", arguments->options.triangles,
-                       "Wanted size, where the kind can scale (within a tenth); 0: that of the paper's scene")
+    command
+        .add_option("--triangles", arguments->options.triangles,
+                    "Wanted size, where the kind can scale (within a tenth); 0: that of the paper's scene")
         ->capture_default_str();
-    command.add_option("--copies", arguments->options.copies, "apartment only: a block of so many equal flats")
+    command
+        .add_option("--copies", arguments->options.copies, "apartment only: a block of so many equal flats")
         ->capture_default_str();
     add_common(command, arguments->common, "antumbra generate apartment -o apartment.glb",
                [arguments] { return run_generate(*arguments); });

@@ -5,15 +5,16 @@
 
 namespace antumbra {
 
-/// glTF 2.0 as GLB: one node with one mesh primitive per object, in the objects' order, so that object i comes back
-/// as node i, primitive 0. Kept: names (broken UTF-8 replaced), order, triangles, winding, kDoubleSided and
-/// kOccludes (absent: alphaMode BLEND). Lost: kMoves, kAlwaysVisible, instance numbers, and objects without triangles,
-/// which glTF cannot express (a node without mesh keeps their name and place).
+/// glTF 2.0 as GLB: one node with one mesh primitive per object, in the objects' order, so that object i
+/// comes back as node i, primitive 0. Kept: names (broken UTF-8 replaced), order, triangles, winding,
+/// kDoubleSided and kOccludes (absent: alphaMode BLEND). Lost: kMoves, kAlwaysVisible, instance numbers, and
+/// objects without triangles, which glTF cannot express (a node without mesh keeps their name and place).
 /// Objects that are copies of each other up to a translation share one mesh.
 ///
-/// Each node is translated to its object's lowest corner and its vertices are floats relative to that: scenes far
-/// from the origin survive. Positions are exact if they are multiples of a power of two of which the object measures
-/// less than 2^24 (as in every Scene and every generated scene); else they are rounded to 24 bits of the object's size.
+/// Each node is translated to its object's lowest corner and its vertices are floats relative to that: scenes
+/// far from the origin survive. Positions are exact if they are multiples of a power of two of which the
+/// object measures less than 2^24 (as in every Scene and every generated scene); else they are rounded to 24
+/// bits of the object's size.
 ///
 /// ErrorCode::corrupt: a position is not finite or an index out of range; limit: the file would exceed 4 GiB.
 Result<std::vector<std::byte>> export_glb(const RawScene& scene);

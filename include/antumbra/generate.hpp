@@ -1,4 +1,5 @@
-// Procedural scenes in the manner of the papers. Deterministic: the same call gives the same scene everywhere.
+// Procedural scenes in the manner of the papers. Deterministic: the same call gives the same scene
+// everywhere.
 #pragma once
 
 #include <antumbra/scene.hpp>
@@ -14,8 +15,8 @@ struct GenerateOptions {
 /// Names that generate() knows, in alphabetical order.
 std::span<const std::string_view> generator_names();
 
-/// ErrorCode::usage for an unknown kind (the message lists the known ones), or a size or number of copies that it
-/// cannot make.
+/// ErrorCode::usage for an unknown kind (the message lists the known ones), or a size or number of copies
+/// that it cannot make.
 Result<RawScene> generate(std::string_view kind, const GenerateOptions& options = {});
 
 } // namespace antumbra

@@ -14,7 +14,13 @@ constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
 constexpr std::uint64_t kLargestFile = 0xFFFFFFFFull;
 
 /// Numbers of the glTF specification.
-enum : int { kArrayBuffer = 34962, kElementArrayBuffer = 34963, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126 };
+enum : int {
+    kArrayBuffer = 34962,
+    kElementArrayBuffer = 34963,
+    kUnsignedShort = 5123,
+    kUnsignedInt = 5125,
+    kFloat = 5126
+};
 
 /// What the two kinds of scene have in common, seen by the writer.
 struct SourceObject {
@@ -44,7 +50,8 @@ class GlbWriter {
     std::uint32_t write_indices(const Mesh& mesh);
     Json buffer_views();
 
-    Json nodes_ = Json::array(), meshes_ = Json::array(), accessors_ = Json::array(), materials_ = Json::array();
+    Json nodes_ = Json::array(), meshes_ = Json::array(), accessors_ = Json::array(),
+         materials_ = Json::array();
     // Three views of the one buffer: vertices, indices of two and of four bytes.
     std::vector<std::byte> positions_, shorts_, words_;
     struct Written {
@@ -80,8 +87,8 @@ std::uint64_t hash_of(std::span<const std::byte> bytes, std::uint64_t hash = 0xc
 }
 
 template <class Position>
-Status GlbWriter::add(const SourceObject& object, std::span<const TriangleIndices> triangles, Position&& position,
-                      std::vector<std::uint32_t>& vertex_map) {
+Status GlbWriter::add(const SourceObject& object, std::span<const TriangleIndices> triangles,
+                      Position&& position, std::vector<std::uint32_t>& vertex_map) {
     Json node;
     node["name"] = std::string(object.name);
     Mesh mesh;
@@ -95,7 +102,8 @@ Status GlbWriter::add(const SourceObject& object, std::span<const TriangleIndice
             if (vertex_map[v] == kUnused) {
                 if (!is_finite(position(v)))
                     return {ErrorCode::corrupt, "object '" + std::string(object.name) + "': vertex " +
-                                                    std::to_string(v) + " is not finite; repair or leave it out"};
+                                                    std::to_string(v) +
+                                                    " is not finite; repair or leave it out"};
                 vertex_map[v] = static_cast<std::uint32_t>(used.size());
                 used.push_back(v);
                 bounds.extend(position(v));
@@ -119,7 +127,8 @@ Status GlbWriter::add(const SourceObject& object, std::span<const TriangleIndice
 /// The mesh with exactly these vertices, indices and material, written now if it is new.
 std::uint32_t GlbWriter::mesh_of(const Mesh& mesh, std::uint32_t flags) {
     flags &= kOccludes | kDoubleSided;
-    std::size_t positions_before = positions_.size(), shorts_before = shorts_.size(), words_before = words_.size();
+    std::size_t positions_before = positions_.size(), shorts_before = shorts_.size(),
+                words_before = words_.size();
     bool short_indices = mesh.positions.size() < 0xFFFF; // 0xFFFF itself is forbidden
     std::vector<std::byte>& index_bytes = short_indices ? shorts_ : words_;
     std::size_t index_before = short_indices ? shorts_before : words_before;
@@ -131,7 +140,8 @@ std::uint32_t GlbWriter::mesh_of(const Mesh& mesh, std::uint32_t flags) {
     auto tail = [](const std::vector<std::byte>& bytes, std::size_t from, std::size_t size) {
         return std::span(bytes).subspan(from, size);
     };
-    std::size_t position_size = positions_.size() - positions_before, index_size = index_bytes.size() - index_before;
+    std::size_t position_size = positions_.size() - positions_before,
+                index_size = index_bytes.size() - index_before;
     auto same = [&](const std::vector<std::byte>& bytes, std::size_t a, std::size_t b, std::size_t size) {
         return std::memcmp(bytes.data() + a, bytes.data() + b, size) == 0;
     };
@@ -140,8 +150,8 @@ std::uint32_t GlbWriter::mesh_of(const Mesh& mesh, std::uint32_t flags) {
     auto [first, last] = by_hash_.equal_range(hash);
     for (auto entry = first; entry != last; ++entry) {
         const Written& old = written_[entry->second];
-        if (old.flags == flags && old.short_indices == short_indices && old.vertices == mesh.positions.size() &&
-            old.indices == mesh.indices.size() &&
+        if (old.flags == flags && old.short_indices == short_indices &&
+            old.vertices == mesh.positions.size() && old.indices == mesh.indices.size() &&
             same(positions_, old.position_offset, positions_before, position_size) &&
             same(index_bytes, old.index_offset, index_before, index_size)) {
             positions_.resize(positions_before);
@@ -149,28 +159,40 @@ std::uint32_t GlbWriter::mesh_of(const Mesh& mesh, std::uint32_t flags) {
             return old.mesh;
         }
     }
-    Written now{static_cast<std::uint32_t>(meshes_.size()), flags, positions_before, mesh.positions.size(),
-                index_before, mesh.indices.size(), short_indices};
+    Written now{static_cast<std::uint32_t>(meshes_.size()),
+                flags,
+                positions_before,
+                mesh.positions.size(),
+                index_before,
+                mesh.indices.size(),
+                short_indices};
     by_hash_.emplace(hash, static_cast<std::uint32_t>(written_.size()));
     written_.push_back(now);
     Box3f bounds;
     for (const Vec3f& p : mesh.positions)
         bounds.extend(p);
-    accessors_.push_back({{"bufferView", 0}, {"byteOffset", now.position_offset}, {"componentType", kFloat},
-                          {"count", now.vertices}, {"type", "VEC3"},
+    accessors_.push_back({{"bufferView", 0},
+                          {"byteOffset", now.position_offset},
+                          {"componentType", kFloat},
+                          {"count", now.vertices},
+                          {"type", "VEC3"},
                           {"min", {bounds.min.x, bounds.min.y, bounds.min.z}},
                           {"max", {bounds.max.x, bounds.max.y, bounds.max.z}}});
-    accessors_.push_back({{"bufferView", short_indices ? 1 : 2}, {"byteOffset", now.index_offset},
-                          {"componentType", short_indices ? kUnsignedShort : kUnsignedInt}, {"count", now.indices},
+    accessors_.push_back({{"bufferView", short_indices ? 1 : 2},
+                          {"byteOffset", now.index_offset},
+                          {"componentType", short_indices ? kUnsignedShort : kUnsignedInt},
+                          {"count", now.indices},
                           {"type", "SCALAR"}});
-    Json primitive = {{"attributes", {{"POSITION", accessors_.size() - 2}}}, {"indices", accessors_.size() - 1},
+    Json primitive = {{"attributes", {{"POSITION", accessors_.size() - 2}}},
+                      {"indices", accessors_.size() - 1},
                       {"material", material_of(flags)}};
     meshes_.push_back({{"primitives", Json::array({std::move(primitive)})}});
     return now.mesh;
 }
 
 std::uint32_t GlbWriter::material_of(std::uint32_t flags) {
-    auto [entry, is_new] = material_by_flags_.try_emplace(flags, static_cast<std::uint32_t>(materials_.size()));
+    auto [entry, is_new] =
+        material_by_flags_.try_emplace(flags, static_cast<std::uint32_t>(materials_.size()));
     if (is_new) {
         Json material = Json::object();
         material["pbrMetallicRoughness"] = {{"metallicFactor", 0}};
@@ -185,7 +207,8 @@ std::uint32_t GlbWriter::material_of(std::uint32_t flags) {
     return entry->second;
 }
 
-/// Every accessor names view 0, 1 or 2; empty views are not allowed, so they are left out and the names mended.
+/// Every accessor names view 0, 1 or 2; empty views are not allowed, so they are left out and the names
+/// mended.
 Json GlbWriter::buffer_views() {
     Json views = Json::array();
     std::array<std::size_t, 3> number{};
@@ -260,10 +283,12 @@ Result<std::vector<std::byte>> export_glb(const RawScene& scene) {
     std::vector<std::uint32_t> vertex_map(scene.positions.size(), kUnused);
     for (const RawObject& object : scene.objects) {
         if (std::uint64_t(object.first_triangle) + object.triangle_count > scene.triangles.size())
-            return Status(ErrorCode::corrupt, "object '" + object.name + "': triangles out of range").in(scene.source);
+            return Status(ErrorCode::corrupt, "object '" + object.name + "': triangles out of range")
+                .in(scene.source);
         auto triangles = std::span(scene.triangles).subspan(object.first_triangle, object.triangle_count);
-        Status added = writer.add({object.name, object.flags, object.first_triangle, object.triangle_count}, triangles,
-                                  [&](std::uint32_t v) { return scene.positions[v]; }, vertex_map);
+        Status added = writer.add(
+            {object.name, object.flags, object.first_triangle, object.triangle_count}, triangles,
+            [&](std::uint32_t v) { return scene.positions[v]; }, vertex_map);
         if (!added)
             return added.in(scene.source);
     }
@@ -276,9 +301,9 @@ Result<std::vector<std::byte>> export_glb(const Scene& scene) {
     for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
         const Object& object = scene.objects()[o];
         auto triangles = scene.triangles().subspan(object.first_triangle, object.triangle_count);
-        Status added =
-            writer.add({scene.name(o), object.flags, object.first_triangle, object.triangle_count}, triangles,
-                       [&](std::uint32_t v) { return scene.to_world(to_double(scene.positions()[v])); }, vertex_map);
+        Status added = writer.add(
+            {scene.name(o), object.flags, object.first_triangle, object.triangle_count}, triangles,
+            [&](std::uint32_t v) { return scene.to_world(to_double(scene.positions()[v])); }, vertex_map);
         if (!added)
             return added.in(scene.source());
     }

@@ -1,5 +1,5 @@
-// The apartment: a living room with a kitchen along its south wall, and a bedroom behind a doorway. Most of the
-// objects are small things inside or behind bigger ones, so that few are seen at a time.
+// The apartment: a living room with a kitchen along its south wall, and a bedroom behind a doorway. Most of
+// the objects are small things inside or behind bigger ones, so that few are seen at a time.
 //
 //        z = 0  +--window--+----+--window--+
 //               | living    inner wall     |
@@ -33,7 +33,8 @@ struct Apartment {
     void fill(const Frame& frame, const std::string& name, Size free, int count);
 };
 
-void Apartment::cylinder(const Frame& frame, const std::string& name, double radius, double height, int sides) {
+void Apartment::cylinder(const Frame& frame, const std::string& name, double radius, double height,
+                         int sides) {
     modeller.begin(name);
     modeller.place(frame);
     modeller.cylinder(Axis::y, radius, 0, height, sides);
@@ -51,7 +52,8 @@ void Apartment::fill(const Frame& frame, const std::string& name, Size free, int
 }
 
 void Apartment::structure() {
-    double west = -kWall, east = kEast + kWall, north = -kWall, south = kDepth + kWall, middle = (kInner + kBedroom) / 2;
+    double west = -kWall, east = kEast + kWall, north = -kWall, south = kDepth + kWall,
+           middle = (kInner + kBedroom) / 2;
     modeller.begin("floor");
     modeller.box({west, -kSlab, north}, {east, 0, south});
     modeller.begin("ceiling");
@@ -67,12 +69,12 @@ void Apartment::structure() {
     modeller.begin("wall/south bedroom");
     modeller.box({middle, 0, kDepth}, {east, kHeight, south});
     modeller.begin("wall/south living"); // with the hole of the entrance
-    Vec2 south_outline[] = {{west, 0}, {4.0, 0}, {4.0, kDoorHeight}, {4.85, kDoorHeight}, {4.85, 0}, {middle, 0},
-                            {middle, kHeight}, {west, kHeight}};
+    Vec2 south_outline[] = {{west, 0}, {4.0, 0},    {4.0, kDoorHeight}, {4.85, kDoorHeight},
+                            {4.85, 0}, {middle, 0}, {middle, kHeight},  {west, kHeight}};
     modeller.extrude(Axis::z, south_outline, kDepth, south);
     modeller.begin("wall/inner"); // with the doorway; along x an outline is (y, z)
-    Vec2 inner_outline[] = {{0, 0}, {kHeight, 0}, {kHeight, kDepth}, {0, kDepth}, {0, 3.1}, {kDoorHeight, 3.1},
-                            {kDoorHeight, 2.2}, {0, 2.2}};
+    Vec2 inner_outline[] = {{0, 0},   {kHeight, 0},       {kHeight, kDepth},  {0, kDepth},
+                            {0, 3.1}, {kDoorHeight, 3.1}, {kDoorHeight, 2.2}, {0, 2.2}};
     modeller.extrude(Axis::x, inner_outline, kInner, kBedroom);
     door(modeller, at({4.0, 0, kDepth + 0.1}), "door/entrance", 0.85, kDoorHeight, 0);
     door(modeller, turned({kBedroom + 0.03, 0, 2.2}, 0.75), "door/bedroom", 0.86, kDoorHeight, 0.22);
@@ -145,11 +147,12 @@ void Apartment::kitchen() {
         Frame place = along(0.31 + 0.6 * i, 0);
         cupboard(modeller, place, name, {0.6, 0.85, 0.55}, 1);
         for (int pot = 0; pot < 3; ++pot)
-            cylinder(place * at({-0.16 + 0.16 * pot, kBoard, 0.15 + 0.1 * pot}), name + "/pot " + std::to_string(pot + 1),
-                     0.07, random.uniform(0.1, 0.3), 6);
+            cylinder(place * at({-0.16 + 0.16 * pot, kBoard, 0.15 + 0.1 * pot}),
+                     name + "/pot " + std::to_string(pot + 1), 0.07, random.uniform(0.1, 0.3), 6);
     }
-    drawers(modeller, along(2.11, 0), "kitchen/drawers", {0.6, 0.85, 0.57}, 3,
-            [&](int, const std::string& name, const Frame& ground, Size free) { fill(ground, name, free, 2); });
+    drawers(
+        modeller, along(2.11, 0), "kitchen/drawers", {0.6, 0.85, 0.57}, 3,
+        [&](int, const std::string& name, const Frame& ground, Size free) { fill(ground, name, free, 2); });
     block(modeller, along(1.21, 0.85), "kitchen/worktop", {2.4, 0.04, 0.6});
     modeller.begin("kitchen/sink");
     modeller.place(along(0.9, 0.89));
@@ -170,8 +173,8 @@ void Apartment::kitchen() {
         Frame place = along(0.46 + 0.9 * i, 1.45);
         cupboard(modeller, place, name, {0.9, 0.6, 0.32}, 1);
         for (int cup = 0; cup < 3; ++cup)
-            block(modeller, place * at({-0.25 + 0.25 * cup, kBoard, 0.1}), name + "/cup " + std::to_string(cup + 1),
-                  {0.09, 0.11, 0.09});
+            block(modeller, place * at({-0.25 + 0.25 * cup, kBoard, 0.1}),
+                  name + "/cup " + std::to_string(cup + 1), {0.09, 0.11, 0.09});
     }
 }
 
@@ -190,19 +193,22 @@ void Apartment::bedroom() {
     for (int side = 0; side < 2; ++side) {
         std::string name = "bedroom/nightstand " + std::to_string(side + 1);
         Frame place = bed * at({side ? 1.06 : -1.06, 0, 0});
-        drawers(modeller, place, name, {0.45, 0.4, 0.4}, 1,
-                [&](int, const std::string& own, const Frame& ground, Size free) { fill(ground, own, free, 1); });
+        drawers(
+            modeller, place, name, {0.45, 0.4, 0.4}, 1,
+            [&](int, const std::string& own, const Frame& ground, Size free) { fill(ground, own, free, 1); });
         lamp(modeller, place * at({0, 0.4, 0.2}), name + "/lamp", 0.45, 0.13);
     }
     Frame wardrobe = turned({7.4, 0, kDepth - 0.01}, kFromSouth);
     cupboard(modeller, wardrobe, "bedroom/wardrobe", {1.8, 2.1, 0.6}, 2);
     block(modeller, wardrobe * at({0, 1.75, 0.3}), "bedroom/wardrobe/rod", {1.76, 0.03, 0.03});
     for (int i = 0; i < 4; ++i)
-        block(modeller, wardrobe * at({-0.6 + 0.3 * i, 0.7, 0.1}), "bedroom/wardrobe/coat " + std::to_string(i + 1),
-              {0.08, random.uniform(0.8, 1), 0.45});
+        block(modeller, wardrobe * at({-0.6 + 0.3 * i, 0.7, 0.1}),
+              "bedroom/wardrobe/coat " + std::to_string(i + 1), {0.08, random.uniform(0.8, 1), 0.45});
     fill(wardrobe * at({0, kBoard, kBoard}), "bedroom/wardrobe", {1.7, 0.5, 0.5}, 2);
     drawers(modeller, turned({7.4, 0, 0.02}, kFromNorth), "bedroom/chest", {1.0, 0.85, 0.45}, 4,
-            [&](int i, const std::string& own, const Frame& ground, Size free) { fill(ground, own, free, 1 + i % 2); });
+            [&](int i, const std::string& own, const Frame& ground, Size free) {
+                fill(ground, own, free, 1 + i % 2);
+            });
     block(modeller, at({6.9, 0, 1.0}), "bedroom/carpet", {1.6, 0.01, 0.5});
 }
 
@@ -221,15 +227,16 @@ void Apartment::study() {
     // Beside the doorway, its back to the inner wall.
     shelf(modeller, turned({kBedroom + 0.01, 0, 3.85}, kFromWest), "study/bookshelf", {0.8, 1.5, 0.28}, 2,
           [&](int row, const Frame& ground, Size free) {
-              books(modeller, ground, "study/bookshelf/row " + std::to_string(row + 1), 2, -free.width / 2 + 0.02,
-                    free.width / 2 - 0.2, free.height * 0.85, random);
+              books(modeller, ground, "study/bookshelf/row " + std::to_string(row + 1), 2,
+                    -free.width / 2 + 0.02, free.width / 2 - 0.2, free.height * 0.85, random);
           });
     block(modeller, turned({kBedroom + 0.005, 1.3, 1.6}, kFromWest), "study/mirror", {0.5, 0.8, 0.02});
 }
 
 /// The same flat again and again, as the paper made its apartment block: six storeys, then the next column.
 RawScene block_of(const RawScene& flat, std::uint32_t copies) {
-    // Whole multiples of the grid, so that all flats are exactly alike; storeys are 6 mm apart, columns 1.9 m.
+    // Whole multiples of the grid, so that all flats are exactly alike; storeys are 6 mm apart, columns 1.9
+    // m.
     constexpr double kStorey = 2.90625, kColumn = 11;
     RawScene block;
     block.source = flat.source;
@@ -258,7 +265,8 @@ Result<RawScene> apartment(const GenerateOptions& options) {
     if (options.triangles)
         return Status(ErrorCode::usage, "the apartment has one size; leave out the wanted triangles");
     if (options.copies < 1 || options.copies > kMostCopies)
-        return Status(ErrorCode::usage, "an apartment block has 1 to 10000 copies, not " + std::to_string(options.copies));
+        return Status(ErrorCode::usage,
+                      "an apartment block has 1 to 10000 copies, not " + std::to_string(options.copies));
     Apartment apartment{Modeller("generate apartment"), Random(options.seed, 0x61706172)};
     apartment.structure();
     apartment.living_room();

@@ -1,5 +1,5 @@
-// The city: rows of blocks along straight streets. A block is a closed ring of buildings around a court, so that a
-// walker in a street sees its two sides, some crossings, and roofs; most objects are windows.
+// The city: rows of blocks along straight streets. A block is a closed ring of buildings around a court, so
+// that a walker in a street sees its two sides, some crossings, and roofs; most objects are windows.
 #include "generate/furniture.hpp"
 #include "generate/kinds.hpp"
 
@@ -21,13 +21,15 @@ struct City {
     void block(int column, int row, double centre_column, double centre_row);
     void side(const Frame& frame, const std::string& name, double length, double tallness, Random& random);
     void building(const Frame& frame, const std::string& name, double width, int storeys, Random& random);
-    void windows(const Frame& frame, const std::string& name, double width, int storeys, int first, Random& random);
+    void windows(const Frame& frame, const std::string& name, double width, int storeys, int first,
+                 Random& random);
     void roof(const Frame& frame, const std::string& name, double width, double height, Random& random);
     void street_furniture(const Frame& frame, const std::string& name, double length, Random& random);
 };
 
 /// `frame`: x along the facade from 0 to `width`, y up, +z toward the street, the facade at z = 0.
-void City::windows(const Frame& frame, const std::string& name, double width, int storeys, int first, Random& random) {
+void City::windows(const Frame& frame, const std::string& name, double width, int storeys, int first,
+                   Random& random) {
     int columns = static_cast<int>(width / 2.75);
     double step = width / columns;
     bool sills = random.below(2) != 0;
@@ -58,7 +60,8 @@ void City::roof(const Frame& frame, const std::string& name, double width, doubl
         modeller.extrude(Axis::x, outline, 0, width);
     } else { // flat, behind a parapet
         ridge = 1;
-        modeller.ring(Axis::y, {-kHouseDepth, 0}, {0, width}, {-kHouseDepth + 0.3, 0.3}, {-0.3, width - 0.3}, 0, 1);
+        modeller.ring(Axis::y, {-kHouseDepth, 0}, {0, width}, {-kHouseDepth + 0.3, 0.3}, {-0.3, width - 0.3},
+                      0, 1);
     }
     for (std::uint32_t i = random.below(3); i > 0; --i) {
         modeller.begin(name + "/chimney " + std::to_string(i));
@@ -80,11 +83,12 @@ void City::building(const Frame& frame, const std::string& name, double width, i
     modeller.box({width / 2 - 0.7, 0, 0}, {width / 2 + 0.7, 2.4, 0.1});
     modeller.begin(name + "/shop windows");
     for (double x : {0.8, width / 2 + 1.2})
-        modeller.ring(Axis::z, {x, 0.4}, {x + width / 2 - 2, 2.6}, {x + 0.1, 0.5}, {x + width / 2 - 2.1, 2.5}, 0, 0.1);
+        modeller.ring(Axis::z, {x, 0.4}, {x + width / 2 - 2, 2.6}, {x + 0.1, 0.5}, {x + width / 2 - 2.1, 2.5},
+                      0, 0.1);
     roof(frame, name, width, height, random);
     windows(frame, name + "/street", width, storeys, 1, random);
-    windows(frame * turned({width, 0, -kHouseDepth}, 0.5), name + "/court", width, storeys, std::max(0, storeys - 2),
-            random);
+    windows(frame * turned({width, 0, -kHouseDepth}, 0.5), name + "/court", width, storeys,
+            std::max(0, storeys - 2), random);
 }
 
 /// A row of buildings that fills `length` metres of one side of a block.
@@ -132,7 +136,8 @@ void City::street_furniture(const Frame& frame, const std::string& name, double 
 
 void City::block(int column, int row, double centre_column, double centre_row) {
     std::string name = "block " + std::to_string(column + 1) + "," + std::to_string(row + 1) + "/";
-    Random random(seed, (std::uint64_t(static_cast<std::uint32_t>(row)) << 32) | static_cast<std::uint32_t>(column),
+    Random random(seed,
+                  (std::uint64_t(static_cast<std::uint32_t>(row)) << 32) | static_cast<std::uint32_t>(column),
                   0x63697479);
     double dx = column - centre_column, dz = row - centre_row;
     // Houses grow from 3 storeys at the rim to 8 in the middle.
@@ -140,7 +145,8 @@ void City::block(int column, int row, double centre_column, double centre_row) {
     Frame corner = at({column * (kBlockWidth + kStreet), 0, row * (kBlockDepth + kStreet)});
     modeller.place(corner);
     modeller.begin(name + "street");
-    modeller.box({-kStreet / 2, -0.5, -kStreet / 2}, {kBlockWidth + kStreet / 2, 0, kBlockDepth + kStreet / 2});
+    modeller.box({-kStreet / 2, -0.5, -kStreet / 2},
+                 {kBlockWidth + kStreet / 2, 0, kBlockDepth + kStreet / 2});
     modeller.begin(name + "pavement");
     modeller.box({-kWalk, 0, -kWalk}, {kBlockWidth + kWalk, kPavement, kBlockDepth + kWalk});
     Frame base = corner * at({0, kPavement, 0});
@@ -166,9 +172,11 @@ Result<RawScene> city(const GenerateOptions& options) {
     city.wanted = options.triangles ? options.triangles : kDefaultTriangles;
     if (city.wanted < kSmallest || city.wanted > kLargest)
         return Status(ErrorCode::usage, "a city has from " + std::to_string(kSmallest) + " to " +
-                                            std::to_string(kLargest) + " triangles, not " + std::to_string(city.wanted));
+                                            std::to_string(kLargest) + " triangles, not " +
+                                            std::to_string(city.wanted));
     double blocks = double(city.wanted) / kBlockTriangles;
-    int columns = std::max(1, static_cast<int>(std::sqrt(blocks * (kBlockDepth + kStreet) / (kBlockWidth + kStreet)) + 0.5));
+    int columns = std::max(
+        1, static_cast<int>(std::sqrt(blocks * (kBlockDepth + kStreet) / (kBlockWidth + kStreet)) + 0.5));
     double rows = blocks / columns;
     for (int row = 0; !city.full(); ++row)
         for (int column = 0; column < columns && !city.full(); ++column)

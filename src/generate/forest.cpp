@@ -1,5 +1,5 @@
-// The forest: trees of exactly 1,000 triangles on uneven ground. A dozen shapes of tree, each in four directions,
-// are spread one to a field of a jittered grid, so that a file can share their meshes.
+// The forest: trees of exactly 1,000 triangles on uneven ground. A dozen shapes of tree, each in four
+// directions, are spread one to a field of a jittered grid, so that a file can share their meshes.
 #include "generate/kinds.hpp"
 #include "generate/modeller.hpp"
 
@@ -11,12 +11,13 @@ namespace {
 constexpr std::uint64_t kTreeTriangles = 1000, kDefaultTrees = 1450, kMostTrees = 1'000'000;
 constexpr int kShapes = 12;
 constexpr double kSpacing = 5.5;
-constexpr int kTileQuads = 8;    // along each side of a tile of ground
-constexpr double kQuad = 2.75;   // metres
-constexpr double kBottom = -6;   // the ground is a solid with a flat underside
+constexpr int kTileQuads = 8;  // along each side of a tile of ground
+constexpr double kQuad = 2.75; // metres
+constexpr double kBottom = -6; // the ground is a solid with a flat underside
 
 double ground_height(double x, double z) {
-    return 1.6 * sine(x / 83 + z / 211) + 1.1 * sine(z / 59 - x / 301 + 0.3) + 0.35 * sine(x / 17 + 0.1) * sine(z / 19);
+    return 1.6 * sine(x / 83 + z / 211) + 1.1 * sine(z / 59 - x / 301 + 0.3) +
+           0.35 * sine(x / 17 + 0.1) * sine(z / 19);
 }
 
 /// A closed solid: the uneven top, the same grid flat below, and walls.
@@ -57,12 +58,14 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
     constexpr int kLeaves = static_cast<int>(kTreeTriangles) - 68 - 14 * kBranches;
     modeller.begin(name, kOccludes | kDoubleSided);
     modeller.place(frame);
-    double height = random.uniform(8, 13), crown = random.uniform(1.8, 2.6), first = height * random.uniform(0.2, 0.35);
+    double height = random.uniform(8, 13), crown = random.uniform(1.8, 2.6),
+           first = height * random.uniform(0.2, 0.35);
     Vec3d trunk[6];
     double radii[6];
     for (int i = 0; i < 6; ++i) {
         double share = i / 5.0;
-        trunk[i] = {i ? random.uniform(-0.15, 0.15) : 0, share * height * 0.92, i ? random.uniform(-0.15, 0.15) : 0};
+        trunk[i] = {i ? random.uniform(-0.15, 0.15) : 0, share * height * 0.92,
+                    i ? random.uniform(-0.15, 0.15) : 0};
         radii[i] = 0.24 * (1 - share) + 0.03;
     }
     modeller.tube(trunk, radii, 6);
@@ -71,7 +74,8 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
         double share = (i + 0.5) / kBranches, y = first + (height * 0.88 - first) * share;
         double turns = i * 0.3819660112501051 + random.uniform(0, 0.1);
         // The crown is widest a third of the way up.
-        double reach = crown * (share < 0.33 ? 0.6 + 1.2 * share : 1.5 * (1 - share)) * random.uniform(0.8, 1);
+        double reach =
+            crown * (share < 0.33 ? 0.6 + 1.2 * share : 1.5 * (1 - share)) * random.uniform(0.8, 1);
         Vec3d out{sine(turns) * reach, 0, cosine(turns) * reach};
         tips[i] = Vec3d{0, y + reach * 0.35, 0} + out;
         Vec3d path[3] = {{0, y, 0}, Vec3d{0, y + reach * 0.25, 0} + out * 0.55, tips[i]};
@@ -83,7 +87,8 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
         double share = random.uniform(0.35, 1.1);
         Vec3d centre{tip.x * share, tip.y - (1 - share) * 0.5, tip.z * share};
         auto shift = [&](double size) {
-            return Vec3d{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+            return Vec3d{random.uniform(-size, size), random.uniform(-size, size),
+                         random.uniform(-size, size)};
         };
         centre += shift(0.55);
         Vec3d a = centre + shift(0.35), b = centre + shift(0.35), c = centre + shift(0.35);
@@ -94,10 +99,12 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
 } // namespace
 
 Result<RawScene> forest(const GenerateOptions& options) {
-    std::uint64_t trees = options.triangles ? (options.triangles + kTreeTriangles / 2) / kTreeTriangles : kDefaultTrees;
+    std::uint64_t trees =
+        options.triangles ? (options.triangles + kTreeTriangles / 2) / kTreeTriangles : kDefaultTrees;
     if (trees < 20 || trees > kMostTrees)
-        return Status(ErrorCode::usage, "a forest has from 20,000 to 1,000,000,000 triangles, a thousand a tree, not " +
-                                            std::to_string(options.triangles));
+        return Status(ErrorCode::usage,
+                      "a forest has from 20,000 to 1,000,000,000 triangles, a thousand a tree, not " +
+                          std::to_string(options.triangles));
     auto columns = static_cast<std::uint64_t>(std::sqrt(double(trees)));
     while (columns * columns < trees)
         ++columns;
@@ -116,7 +123,8 @@ Result<RawScene> forest(const GenerateOptions& options) {
         double x = place(i % columns), z = place(i / columns);
         double y = std::floor((ground_height(x, z) - 0.25) * 64) / 64; // the foot is in the ground
         Frame frame = at({x, y, z}) * turned({}, random.below(4) * 0.25);
-        tree(modeller, frame, "tree " + std::to_string(i + 1), Random(options.seed, random.below(kShapes), 0x73686170));
+        tree(modeller, frame, "tree " + std::to_string(i + 1),
+             Random(options.seed, random.below(kShapes), 0x73686170));
     }
     return modeller.finish();
 }

@@ -56,8 +56,8 @@ void cupboard(Modeller& modeller, const Frame& frame, const std::string& name, S
     }
 }
 
-void books(Modeller& modeller, const Frame& frame, const std::string& name, int count, double left, double right,
-           double tallest, Random& random) {
+void books(Modeller& modeller, const Frame& frame, const std::string& name, int count, double left,
+           double right, double tallest, Random& random) {
     double x = left, widest = (right - left) / count;
     for (int i = 0; i < count; ++i) {
         double width = widest * random.uniform(0.6, 1), height = tallest * random.uniform(0.7, 1),
@@ -83,13 +83,14 @@ void window(Modeller& modeller, const Frame& frame, const std::string& name, Vec
     constexpr double kFrame = 0.06, kDeep = 0.04, kPane = 0.005;
     modeller.begin(name + "/frame");
     modeller.place(frame);
-    modeller.ring(Axis::z, low, high, {low.x + kFrame, low.y + kFrame}, {high.x - kFrame, high.y - kFrame}, -kDeep,
-                  kDeep);
+    modeller.ring(Axis::z, low, high, {low.x + kFrame, low.y + kFrame}, {high.x - kFrame, high.y - kFrame},
+                  -kDeep, kDeep);
     modeller.begin(name + "/pane", 0);
     modeller.box({low.x + kFrame, low.y + kFrame, -kPane}, {high.x - kFrame, high.y - kFrame, kPane});
 }
 
-void door(Modeller& modeller, const Frame& frame, const std::string& name, double width, double height, double turns) {
+void door(Modeller& modeller, const Frame& frame, const std::string& name, double width, double height,
+          double turns) {
     constexpr double kHalf = 0.02;
     modeller.begin(name);
     modeller.place(frame * turned({}, turns));

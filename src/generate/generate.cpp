@@ -6,13 +6,15 @@ namespace {
 using Generator = Result<RawScene> (*)(const GenerateOptions&);
 
 constexpr std::string_view kNames[] = {"apartment", "city", "forest", "machine", "office", "town"};
-constexpr Generator kGenerators[] = {generation::apartment, generation::city, generation::forest, generation::machine,
-                                    generation::office,    generation::town};
+constexpr Generator kGenerators[] = {generation::apartment, generation::city,   generation::forest,
+                                     generation::machine,   generation::office, generation::town};
 static_assert(std::size(kNames) == std::size(kGenerators));
 
 } // namespace
 
-std::span<const std::string_view> generator_names() { return kNames; }
+std::span<const std::string_view> generator_names() {
+    return kNames;
+}
 
 Result<RawScene> generate(std::string_view kind, const GenerateOptions& options) {
     std::string known;
@@ -23,7 +25,8 @@ Result<RawScene> generate(std::string_view kind, const GenerateOptions& options)
             return kGenerators[i](options);
         known += (i ? ", " : "") + std::string(kNames[i]);
     }
-    return Status(ErrorCode::usage, "no kind of scene is called '" + std::string(kind) + "'; known: " + known);
+    return Status(ErrorCode::usage,
+                  "no kind of scene is called '" + std::string(kind) + "'; known: " + known);
 }
 
 } // namespace antumbra

@@ -12,11 +12,13 @@ Result<RawScene> apartment(const GenerateOptions& options);
 Result<RawScene> city(const GenerateOptions& options);
 /// Trees of 1,000 triangles each on uneven ground (Nirenstein, Blake, Gain 2002, section 6).
 Result<RawScene> forest(const GenerateOptions& options);
-/// A copier-like housing: 1,726 parts, 455,806 triangles (Gotsman, Sudarsky, Fayman 1999, section 8). One size.
+/// A copier-like housing: 1,726 parts, 455,806 triangles (Gotsman, Sudarsky, Fayman 1999, section 8). One
+/// size.
 Result<RawScene> machine(const GenerateOptions& options);
 /// Storeys of rooms along a corridor, with stairs and plants (Bittner, Havran, Slavik 1998, section 7).
 Result<RawScene> office(const GenerateOptions& options);
-/// A walled town of furnished timber houses on narrow rings of streets (Nirenstein, Blake, Gain 2002, section 6).
+/// A walled town of furnished timber houses on narrow rings of streets (Nirenstein, Blake, Gain 2002, section
+/// 6).
 Result<RawScene> town(const GenerateOptions& options);
 
 } // namespace antumbra::generation

@@ -1,5 +1,5 @@
-// The machine: a closed housing like a copier's, full of parts that are seen only through its gratings or from
-// within. In metres, standing on y = 0:
+// The machine: a closed housing like a copier's, full of parts that are seen only through its gratings or
+// from within. In metres, standing on y = 0:
 //
 //   y 0.98..1.08  upper deck: springs, levers        x from 0 to 1.2
 //   y 0.36..0.96  rollers between two side plates,   z from 0 (front) to 0.7 (back)
@@ -71,12 +71,15 @@ void Machine::housing() {
     // Sides, between bottom and top; seen from outside the local x axis runs to the right.
     panel("housing/front lower", {0, p, 0}, {w, 0.7, p});
     panel("housing/front upper", {0, 0.7, 0}, {0.7, h - p, p});
-    grating(Frame{{w, 0.7, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}, "housing/front grating", w - 0.7, h - p - 0.7, 24);
+    grating(Frame{{w, 0.7, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}, "housing/front grating", w - 0.7,
+            h - p - 0.7, 24);
     panel("housing/back upper", {0, 0.45, d - p}, {w, h - p, d});
     panel("housing/back lower", {0, p, d - p}, {0.5, 0.45, d});
-    grating(Frame{{0.5, p, d}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, "housing/back grating", w - 0.5, 0.45 - p, 28);
+    grating(Frame{{0.5, p, d}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, "housing/back grating", w - 0.5, 0.45 - p,
+            28);
     panel("housing/left upper", {0, 0.4, p}, {p, h - p, d - p});
-    grating(Frame{{0, p, p}, {0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}, "housing/left grating", d - 2 * p, 0.4 - p, 24);
+    grating(Frame{{0, p, p}, {0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}, "housing/left grating", d - 2 * p, 0.4 - p,
+            24);
     panel("housing/right", {w - p, p, p}, {w, h - p, d - p});
     for (int i = 0; i < 4; ++i) {
         modeller.begin("housing/foot " + std::to_string(i + 1));
@@ -126,7 +129,7 @@ void Machine::rollers() {
             double r = random.uniform(0.015, 0.04), shaft = 0.006;
             modeller.begin("rollers/roller " + std::to_string(row * 12 + column + 1));
             modeller.place(at({0.085 + 0.094 * column, 0.41 + 0.1 * row, 0}));
-            Vec2 profile[] = {{shaft, 0.052}, {shaft, 0.08}, {r, 0.08},       {r, 0.2},    {r * 0.9, 0.21},
+            Vec2 profile[] = {{shaft, 0.052}, {shaft, 0.08}, {r, 0.08}, {r, 0.2},      {r * 0.9, 0.21},
                               {r * 0.9, 0.4}, {r, 0.41},     {r, 0.53}, {shaft, 0.53}, {shaft, 0.558}};
             modeller.lathe(Axis::z, profile, 36);
         }
@@ -174,7 +177,8 @@ void Machine::board(const Frame& frame, const std::string& name, int board_numbe
             if ((number + row + board_number) % 3 == 0) { // standing on the plate
                 modeller.begin(name + "/capacitor " + std::to_string(number));
                 double r = random.uniform(0.008, 0.016), h = random.uniform(0.02, 0.04);
-                Vec2 profile[] = {{r, 0}, {r, h * 0.15}, {r * 0.92, h * 0.2}, {r, h * 0.25}, {r, h}, {r * 0.8, h + 0.002}};
+                Vec2 profile[] = {{r, 0},        {r, h * 0.15}, {r * 0.92, h * 0.2},
+                                  {r, h * 0.25}, {r, h},        {r * 0.8, h + 0.002}};
                 modeller.lathe(Axis::z, profile, 24);
                 continue;
             }
@@ -219,8 +223,10 @@ void Machine::motors() {
 void Machine::cables() {
     for (int i = 0; i < 64; ++i) {
         Random random(seed, static_cast<std::uint64_t>(i), 0x6361626c);
-        Vec3d a{0.08 + 0.075 * (i % 8), 0.06 + 0.03 * (i / 8), 0.17}, d{0.3 + 0.0135 * i, 0.335, random.uniform(0.02, 0.16)};
-        Vec3d b = a + Vec3d{0.02, random.uniform(0, 0.05), -0.18}, c = d + Vec3d{random.uniform(-0.2, 0), -0.12, 0.02};
+        Vec3d a{0.08 + 0.075 * (i % 8), 0.06 + 0.03 * (i / 8), 0.17},
+            d{0.3 + 0.0135 * i, 0.335, random.uniform(0.02, 0.16)};
+        Vec3d b = a + Vec3d{0.02, random.uniform(0, 0.05), -0.18},
+              c = d + Vec3d{random.uniform(-0.2, 0), -0.12, 0.02};
         std::vector<Vec3d> path;
         for (int k = 0; k <= 48; ++k) { // a cubic Bezier curve
             double t = k / 48.0, s = 1 - t;
@@ -237,7 +243,8 @@ void Machine::cables() {
 void Machine::screw(const Frame& frame, const std::string& name) {
     modeller.begin(name);
     modeller.place(frame);
-    Vec2 profile[] = {{0, -0.016}, {0.002, -0.013}, {0.002, -0.002}, {0.005, -0.002}, {0.005, 0.001}, {0.003, 0.0025}};
+    Vec2 profile[] = {{0, -0.016},     {0.002, -0.013}, {0.002, -0.002},
+                      {0.005, -0.002}, {0.005, 0.001},  {0.003, 0.0025}};
     modeller.lathe(Axis::z, profile, 10);
 }
 
@@ -253,16 +260,16 @@ void Machine::screws(std::size_t count) {
     Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
     double w = kWidth, h = kHeight, d = kDepth;
     std::vector<Row> rows = {
-        row({0.02, 0.03, 0}, x, -z, w - 0.04),      row({0.02, 0.68, 0}, x, -z, w - 0.04),
-        row({0.02, h - 0.03, 0}, x, -z, 0.66),      row({0.02, 0.47, d}, x, z, w - 0.04),
-        row({0.02, h - 0.03, d}, x, z, w - 0.04),   row({0.02, 0.03, d}, x, z, 0.46),
-        row({0, 0.42, 0.03}, z, -x, d - 0.06),      row({0, h - 0.03, 0.03}, z, -x, d - 0.06),
-        row({w, 0.03, 0.03}, z, x, d - 0.06),       row({w, h - 0.03, 0.03}, z, x, d - 0.06),
-        row({0.02, h, 0.02}, x, y, 0.76),           row({0.02, h, d - 0.02}, x, y, 0.76),
-        row({0.05, 0.365, 0.045}, x, -z, w - 0.1),  row({0.05, 0.95, 0.045}, x, -z, w - 0.1),
-        row({0.05, 0.365, 0.565}, x, z, w - 0.1),   row({0.05, 0.95, 0.565}, x, z, w - 0.1),
-        row({0.04, 0.355, 0.03}, x, y, w - 0.1),    row({0.04, 0.355, 0.68}, x, y, w - 0.1),
-        row({0.04, 0.97, 0.03}, x, y, 0.78),        row({0.04, 0.97, 0.66}, x, y, 0.78),
+        row({0.02, 0.03, 0}, x, -z, w - 0.04),     row({0.02, 0.68, 0}, x, -z, w - 0.04),
+        row({0.02, h - 0.03, 0}, x, -z, 0.66),     row({0.02, 0.47, d}, x, z, w - 0.04),
+        row({0.02, h - 0.03, d}, x, z, w - 0.04),  row({0.02, 0.03, d}, x, z, 0.46),
+        row({0, 0.42, 0.03}, z, -x, d - 0.06),     row({0, h - 0.03, 0.03}, z, -x, d - 0.06),
+        row({w, 0.03, 0.03}, z, x, d - 0.06),      row({w, h - 0.03, 0.03}, z, x, d - 0.06),
+        row({0.02, h, 0.02}, x, y, 0.76),          row({0.02, h, d - 0.02}, x, y, 0.76),
+        row({0.05, 0.365, 0.045}, x, -z, w - 0.1), row({0.05, 0.95, 0.045}, x, -z, w - 0.1),
+        row({0.05, 0.365, 0.565}, x, z, w - 0.1),  row({0.05, 0.95, 0.565}, x, z, w - 0.1),
+        row({0.04, 0.355, 0.03}, x, y, w - 0.1),   row({0.04, 0.355, 0.68}, x, y, w - 0.1),
+        row({0.04, 0.97, 0.03}, x, y, 0.78),       row({0.04, 0.97, 0.66}, x, y, 0.78),
     };
     for (std::size_t i = 0; i < count; ++i) {
         const Row& r = rows[i % rows.size()];

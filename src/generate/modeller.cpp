@@ -3,7 +3,8 @@
 namespace antumbra::generation {
 namespace {
 
-/// sin(x * quarter turn) for x in [0, 1]: the Taylor series, whose terms beyond the 25th power vanish in double.
+/// sin(x * quarter turn) for x in [0, 1]: the Taylor series, whose terms beyond the 25th power vanish in
+/// double.
 double sine_of_quarter(double x) {
     constexpr double kHalfPi = 1.5707963267948966;
     double angle = x * kHalfPi, square = angle * angle;
@@ -22,11 +23,16 @@ Vec3d oriented(Axis axis, Vec2 p, double along) {
     return v;
 }
 
-double area(Vec2 a, Vec2 b, Vec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+double area(Vec2 a, Vec2 b, Vec2 c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
 
-bool inside(Vec2 p, Vec2 a, Vec2 b, Vec2 c) { return area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0; }
+bool inside(Vec2 p, Vec2 a, Vec2 b, Vec2 c) {
+    return area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0;
+}
 
-/// Ear clipping, O(n^3) at worst, for the few corners of a wall or a roof. `visit(i, j, k)` takes corner numbers.
+/// Ear clipping, O(n^3) at worst, for the few corners of a wall or a roof. `visit(i, j, k)` takes corner
+/// numbers.
 template <class Visit>
 void triangulate(std::span<const Vec2> outline, Visit&& visit) {
     std::vector<std::uint32_t> left(outline.size());
@@ -58,16 +64,24 @@ double sine(double turns) {
     int quadrant = static_cast<int>(quarters);
     double x = quarters - quadrant;
     switch (quadrant & 3) {
-    case 0: return x == 0 ? 0 : sine_of_quarter(x);
-    case 1: return x == 0 ? 1 : sine_of_quarter(1 - x);
-    case 2: return x == 0 ? 0 : -sine_of_quarter(x);
-    default: return x == 0 ? -1 : -sine_of_quarter(1 - x);
+    case 0:
+        return x == 0 ? 0 : sine_of_quarter(x);
+    case 1:
+        return x == 0 ? 1 : sine_of_quarter(1 - x);
+    case 2:
+        return x == 0 ? 0 : -sine_of_quarter(x);
+    default:
+        return x == 0 ? -1 : -sine_of_quarter(1 - x);
     }
 }
 
-double cosine(double turns) { return sine(turns + 0.25); }
+double cosine(double turns) {
+    return sine(turns + 0.25);
+}
 
-Frame at(const Vec3d& origin) { return {origin}; }
+Frame at(const Vec3d& origin) {
+    return {origin};
+}
 
 Frame turned(const Vec3d& origin, double turns) {
     double s = sine(turns), c = cosine(turns);
@@ -86,7 +100,9 @@ Frame looking(const Vec3d& origin, const Vec3d& direction) {
     return frame;
 }
 
-Modeller::Modeller(std::string source, double grid) : grid_(grid) { scene_.source = std::move(source); }
+Modeller::Modeller(std::string source, double grid) : grid_(grid) {
+    scene_.source = std::move(source);
+}
 
 void Modeller::begin(std::string name, std::uint32_t flags) {
     RawObject object;
@@ -275,7 +291,8 @@ void Modeller::tube(std::span<const Vec3d> path, std::span<const double> radii, 
 
 void Modeller::octahedron(const Vec3d& centre, const Vec3d& radii) {
     Vec3d x{radii.x, 0, 0}, y{0, radii.y, 0}, z{0, 0, radii.z};
-    std::uint32_t equator[4] = {vertex(centre + x), vertex(centre - z), vertex(centre - x), vertex(centre + z)};
+    std::uint32_t equator[4] = {vertex(centre + x), vertex(centre - z), vertex(centre - x),
+                                vertex(centre + z)};
     std::uint32_t top = vertex(centre + y), bottom = vertex(centre - y);
     for (std::size_t i = 0; i < 4; ++i) {
         triangle(equator[i], equator[(i + 1) % 4], top);
@@ -283,6 +300,8 @@ void Modeller::octahedron(const Vec3d& centre, const Vec3d& radii) {
     }
 }
 
-void Modeller::leaf(const Vec3d& a, const Vec3d& b, const Vec3d& c) { triangle(vertex(a), vertex(b), vertex(c)); }
+void Modeller::leaf(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    triangle(vertex(a), vertex(b), vertex(c));
+}
 
 } // namespace antumbra::generation

@@ -1,9 +1,9 @@
 // The workshop of the generators: closed solids, one after the other, into a RawScene.
 //
 // Every vertex is snapped to a grid after its frame has been applied, and everything before that uses only
-// operations that IEEE 754 rounds correctly (+ - * / floor sqrt): a scene is the same bytes on every machine. The
-// language does not order the arguments of a call: at most one of them may draw a random number.
-// Every solid is closed and wound outward (counter-clockwise seen from outside), whatever frame places it.
+// operations that IEEE 754 rounds correctly (+ - * / floor sqrt): a scene is the same bytes on every machine.
+// The language does not order the arguments of a call: at most one of them may draw a random number. Every
+// solid is closed and wound outward (counter-clockwise seen from outside), whatever frame places it.
 #pragma once
 
 #include <antumbra/scene.hpp>
@@ -14,11 +14,12 @@
 
 namespace antumbra::generation {
 
-/// Metres. The coordinates of a generated scene are whole multiples of one of these: exact in float up to 4 km, and for
-/// things that have millimetres up to 256 m.
+/// Metres. The coordinates of a generated scene are whole multiples of one of these: exact in float up to 4
+/// km, and for things that have millimetres up to 256 m.
 inline constexpr double kGrid = 1.0 / 4096, kFineGrid = 1.0 / 65536;
 
-/// sin and cos of `turns` full turns; exact at quarter turns, else good to about 1e-15, the same on every machine.
+/// sin and cos of `turns` full turns; exact at quarter turns, else good to about 1e-15, the same on every
+/// machine.
 double sine(double turns);
 double cosine(double turns);
 
@@ -39,7 +40,8 @@ struct Frame {
 Frame at(const Vec3d& origin);
 /// Turned about the upward axis Y: local +Z looks toward (sin, 0, cos) of `turns`.
 Frame turned(const Vec3d& origin, double turns);
-/// A frame at `origin` whose z axis is `direction` (any length but zero). The other two axes are arbitrary but fixed.
+/// A frame at `origin` whose z axis is `direction` (any length but zero). The other two axes are arbitrary
+/// but fixed.
 Frame looking(const Vec3d& origin, const Vec3d& direction);
 
 struct Vec2 {
@@ -65,13 +67,16 @@ class Modeller {
     /// A box with a box-shaped cavity of walls `thickness` that is open towards +axis. 28 triangles.
     void open_box(const Vec3d& low, const Vec3d& high, double thickness, Axis open);
     /// A rectangular frame around a rectangular hole, from low to high along `axis`. 32 triangles.
-    void ring(Axis axis, Vec2 outer_low, Vec2 outer_high, Vec2 hole_low, Vec2 hole_high, double low, double high);
-    /// A simple polygon (counter-clockwise, no hole, may be concave) of n corners, extruded. 4 n - 4 triangles.
+    void ring(Axis axis, Vec2 outer_low, Vec2 outer_high, Vec2 hole_low, Vec2 hole_high, double low,
+              double high);
+    /// A simple polygon (counter-clockwise, no hole, may be concave) of n corners, extruded. 4 n - 4
+    /// triangles.
     void extrude(Axis axis, std::span<const Vec2> outline, double low, double high);
     /// A polygon that its centre (0, 0) sees whole: 4 n triangles, two fans and a rim.
     void star(Axis axis, std::span<const Vec2> outline, double low, double high);
-    /// A surface of revolution about `axis` through the local origin: (radius, height) from low to high, radius 0 only at the ends.
-    /// 2 sides per band between two radii > 0, `sides` for a pole, sides - 2 for a flat end.
+    /// A surface of revolution about `axis` through the local origin: (radius, height) from low to high,
+    /// radius 0 only at the ends. 2 sides per band between two radii > 0, `sides` for a pole, sides - 2 for a
+    /// flat end.
     void lathe(Axis axis, std::span<const Vec2> profile, int sides);
     /// The same with a flat top and bottom. 4 sides - 4 triangles.
     void cylinder(Axis axis, double radius, double low, double high, int sides);

@@ -1,6 +1,6 @@
-// The office: storeys of equal plan. A corridor runs along x between two rows of rooms; a lobby with the stairs
-// closes its west end. Everything is closed in, so that from a room one sees that room, some corridor and, through
-// open doors, slices of other rooms.
+// The office: storeys of equal plan. A corridor runs along x between two rows of rooms; a lobby with the
+// stairs closes its west end. Everything is closed in, so that from a room one sees that room, some corridor
+// and, through open doors, slices of other rooms.
 //
 //        z = -0.25  +--------+------+------+--
 //        z = 0      | stairs | room | room |        north rooms
@@ -16,9 +16,10 @@
 namespace antumbra::generation {
 namespace {
 
-constexpr double kPitch = 3.0, kClear = 2.75;                      // from floor to floor, to the ceiling
+constexpr double kPitch = 3.0, kClear = 2.75; // from floor to floor, to the ceiling
 constexpr double kRoomWidth = 4.0, kRoomDepth = 5.0, kWall = 0.125, kOuter = 0.25;
-constexpr double kNorthWall = 5.125, kSouthWall = 7.125, kSouth = 12.25; // corridor sides, inner face of the outer wall
+constexpr double kNorthWall = 5.125, kSouthWall = 7.125,
+                 kSouth = 12.25; // corridor sides, inner face of the outer wall
 constexpr double kLobby = 5.0, kBay = kRoomWidth + kWall;
 constexpr double kDoorLeft = 0.5, kDoorRight = 1.4, kDoorHeight = 2.1;
 constexpr int kBoards = 4, kBooksPerPlace = 16, kPlacesPerShelf = kBoards + 1;
@@ -115,20 +116,21 @@ void Office::lobby(double y, const std::string& name, bool stairs) {
 
 /// `frame`: x from 0 to kRoomWidth along the facade, z from the window (0) to the corridor (kRoomDepth). The
 /// outer wall reaches from x = left to right, the wall of the corridor likewise.
-void Office::room(const Frame& frame, const std::string& name, double left, double right, double corridor_left,
-                  double corridor_right, Random random) {
+void Office::room(const Frame& frame, const std::string& name, double left, double right,
+                  double corridor_left, double corridor_right, Random random) {
     modeller.place(frame);
     modeller.begin(name + "/wall window");
     modeller.ring(Axis::z, {left, 0}, {right, kClear}, {0.8, 0.9}, {3.2, 2.2}, -kOuter, 0);
     modeller.begin(name + "/wall corridor");
-    Vec2 outline[] = {{corridor_left, 0}, {kDoorLeft, 0}, {kDoorLeft, kDoorHeight}, {kDoorRight, kDoorHeight},
-                      {kDoorRight, 0}, {corridor_right, 0}, {corridor_right, kClear}, {corridor_left, kClear}};
+    Vec2 outline[] = {{corridor_left, 0},        {kDoorLeft, 0},         {kDoorLeft, kDoorHeight},
+                      {kDoorRight, kDoorHeight}, {kDoorRight, 0},        {corridor_right, 0},
+                      {corridor_right, kClear},  {corridor_left, kClear}};
     modeller.extrude(Axis::z, outline, kRoomDepth, kRoomDepth + kWall);
     window(modeller, frame * at({0, 0, -0.125}), name + "/window", {0.8, 0.9}, {3.2, 2.2});
     // Half of the doors are closed; the others stand at any angle.
     double turns = random.below(2) ? random.uniform(0.05, 0.24) : 0;
-    door(modeller, frame * at({kDoorLeft, 0, kRoomDepth + 0.0625}), name + "/door", kDoorRight - kDoorLeft, kDoorHeight,
-         turns);
+    door(modeller, frame * at({kDoorLeft, 0, kRoomDepth + 0.0625}), name + "/door", kDoorRight - kDoorLeft,
+         kDoorHeight, turns);
     furnish(frame, name, random);
 }
 
@@ -152,7 +154,8 @@ void Office::furnish(const Frame& frame, const std::string& name, Random& random
     Frame east = frame * turned({kRoomWidth - 0.0078125, 0, 2.0}, 0.75);
     cupboard(modeller, east, name + "/cupboard", {1.0, 1.2, 0.4}, 2);
     for (int i = 0; i < 2; ++i)
-        block(modeller, east * at({0, kBoard + 0.5 * i, 0.05}), name + "/cupboard/box " + std::to_string(i + 1),
+        block(modeller, east * at({0, kBoard + 0.5 * i, 0.05}),
+              name + "/cupboard/box " + std::to_string(i + 1),
               {random.uniform(0.4, 0.9), random.uniform(0.2, 0.45), 0.3});
     if (random.below(5) < 2) {
         Frame middle = frame * at({2.5, 0, 3.0});
@@ -177,8 +180,10 @@ void Office::storey(int level) {
         double x = kLobby + kWall + i * kBay, half = kWall / 2;
         for (int side = 0; side < 2; ++side) {
             std::string own = name + (side ? "/south " : "/north ") + std::to_string(i + 1);
-            Random random(seed, (std::uint64_t(level) << 32) | static_cast<std::uint32_t>(2 * i + side), 0x6f666669);
-            double end = kRoomWidth + (last ? kWall + kOuter : half), corridor_end = kRoomWidth + (last ? kWall : half);
+            Random random(seed, (std::uint64_t(level) << 32) | static_cast<std::uint32_t>(2 * i + side),
+                          0x6f666669);
+            double end = kRoomWidth + (last ? kWall + kOuter : half),
+                   corridor_end = kRoomWidth + (last ? kWall : half);
             if (side == 0)
                 room(at({x, y, 0}), own, -half, end, -half, corridor_end, random);
             else // turned half around: left and right change places
@@ -211,7 +216,8 @@ void Office::fill(std::uint64_t triangles) {
     }
     for (std::uint64_t i = 0; i < book_places.size(); ++i) {
         const Place& place = book_places[i];
-        auto count = static_cast<int>(all_books * (i + 1) / book_places.size() - all_books * i / book_places.size());
+        auto count =
+            static_cast<int>(all_books * (i + 1) / book_places.size() - all_books * i / book_places.size());
         if (count > 0) {
             Random own(seed, i, 0x626f6f6b);
             double used = place.free.width * std::min(0.95, 0.07 * count) * own.uniform(0.8, 1);
@@ -227,7 +233,8 @@ Result<RawScene> office(const GenerateOptions& options) {
     std::uint64_t triangles = options.triangles ? options.triangles : kDefaultTriangles;
     if (triangles < kSmallest || triangles > kLargest)
         return Status(ErrorCode::usage, "an office has from " + std::to_string(kSmallest) + " to " +
-                                            std::to_string(kLargest) + " triangles, not " + std::to_string(triangles));
+                                            std::to_string(kLargest) + " triangles, not " +
+                                            std::to_string(triangles));
     Office office;
     office.seed = options.seed;
     office.plan(triangles);

@@ -4,12 +4,14 @@ namespace antumbra::generation {
 
 void plant(Modeller& modeller, const Frame& frame, const std::string& name, Random random) {
     constexpr int kLeaves = 295;
-    constexpr double kGoldenTurn = 0.3819660112501051; // leaves that follow each other never stand above each other
+    constexpr double kGoldenTurn =
+        0.3819660112501051; // leaves that follow each other never stand above each other
     modeller.begin(name, kOccludes | kDoubleSided);
     modeller.place(frame);
     Vec2 pot[2] = {{0.12, 0}, {0.17, 0.3}};
     modeller.lathe(Axis::y, pot, 8);
-    Vec3d stem[3] = {{0, 0.3, 0}, {random.uniform(-0.03, 0.03), 0.7, random.uniform(-0.03, 0.03)}, {0, 1.2, 0}};
+    Vec3d stem[3] = {
+        {0, 0.3, 0}, {random.uniform(-0.03, 0.03), 0.7, random.uniform(-0.03, 0.03)}, {0, 1.2, 0}};
     double radii[3] = {0.02, 0.015, 0.008};
     modeller.tube(stem, radii, 5);
     for (int i = 0; i < kLeaves; ++i) {

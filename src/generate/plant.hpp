@@ -9,7 +9,8 @@ namespace antumbra::generation {
 
 inline constexpr std::uint64_t kPlantTriangles = 644;
 
-/// One object, seen from both sides: a pot, a stem and 295 leaves of two triangles; about 1.4 m high, 0.9 m wide.
+/// One object, seen from both sides: a pot, a stem and 295 leaves of two triangles; about 1.4 m high, 0.9 m
+/// wide.
 void plant(Modeller& modeller, const Frame& frame, const std::string& name, Random random);
 
 } // namespace antumbra::generation

@@ -1,5 +1,5 @@
-// The town: a market place with a church and stalls, around it rings of houses with narrow crooked streets between
-// them and lanes through them, and a wall with towers and a gate around all.
+// The town: a market place with a church and stalls, around it rings of houses with narrow crooked streets
+// between them and lanes through them, and a wall with towers and a gate around all.
 #include "generate/kinds.hpp"
 #include "generate/town_house.hpp"
 
@@ -27,9 +27,13 @@ struct Town {
 };
 
 /// How far streets swing to and fro: the same in every ring, so that they keep their width.
-double swing(double turns) { return 1.6 * sine(3 * turns + 0.1) + 0.9 * sine(7 * turns); }
+double swing(double turns) {
+    return 1.6 * sine(3 * turns + 0.1) + 0.9 * sine(7 * turns);
+}
 
-Vec3d outward(double turns) { return {sine(turns), 0, cosine(turns)}; }
+Vec3d outward(double turns) {
+    return {sine(turns), 0, cosine(turns)};
+}
 
 void Town::church() {
     modeller.place({});
@@ -39,12 +43,14 @@ void Town::church() {
     for (int side = 0; side < 2; ++side) {
         double z = side ? 4.5 : -5;
         for (int i = 0; i < 5; ++i) { // a pier and a window each, the window 1.6 m wide
-            modeller.begin(std::string("church/wall ") + (side ? "south " : "north ") + std::to_string(i + 1));
+            modeller.begin(std::string("church/wall ") + (side ? "south " : "north ") +
+                           std::to_string(i + 1));
             double x = -10 + 4 * i;
             modeller.ring(Axis::z, {x, 0}, {x + 4, 8}, {x + 1.2, 2}, {x + 2.8, 6.5}, z, z + 0.5);
         }
         for (int i = 0; i < 4; ++i) {
-            modeller.begin(std::string("church/column ") + (side ? "south " : "north ") + std::to_string(i + 1));
+            modeller.begin(std::string("church/column ") + (side ? "south " : "north ") +
+                           std::to_string(i + 1));
             modeller.place(at({-6.0 + 4 * i, 0.125, side ? 2.6 : -2.6}));
             Vec2 profile[] = {{0.5, 0}, {0.5, 0.4}, {0.35, 0.6}, {0.3, 6.8}, {0.5, 7.2}, {0.5, 8}};
             modeller.lathe(Axis::y, profile, 16);
@@ -91,7 +97,8 @@ void Town::stalls() {
             corners[k] = {k & 1 ? 1.3 : -1.3, (k & 4 ? 1.9 : 2.2) + (k & 2 ? 0.06 : 0.0), k & 4 ? 1.3 : -0.3};
         modeller.hexahedron(corners);
         for (int k = 0; k < 3; ++k)
-            jug(modeller, place * at({-0.6 + 0.6 * k, 0.85, 0.4}), name + "/jug " + std::to_string(k + 1), 0.3);
+            jug(modeller, place * at({-0.6 + 0.6 * k, 0.85, 0.4}), name + "/jug " + std::to_string(k + 1),
+                0.3);
     }
     modeller.begin("market/well");
     modeller.place(at({-15, 0, 0}));
@@ -99,13 +106,15 @@ void Town::stalls() {
     modeller.lathe(Axis::y, profile, 16);
 }
 
-/// One ring of houses with their fronts toward the market, until the scene has `end` triangles or the ring is closed.
+/// One ring of houses with their fronts toward the market, until the scene has `end` triangles or the ring is
+/// closed.
 void Town::ring(int number, std::size_t end) {
     double radius = kMarket + number * (kTownHouseDepth + kStreet);
     outer = radius + kTownHouseDepth + 3;
     Random random(seed, static_cast<std::uint64_t>(number), 0x746f776e);
     double turns = 0.03 * number, last = turns + 1;
-    for (int i = 1, since_lane = 0; modeller.triangle_count() + kTownHouseTriangles <= end; ++i, ++since_lane) {
+    for (int i = 1, since_lane = 0; modeller.triangle_count() + kTownHouseTriangles <= end;
+         ++i, ++since_lane) {
         double width = std::floor(random.uniform(6, 7.5) * 16) / 16, gap = random.uniform(0.2, 0.4);
         if (since_lane >= 4 && random.below(3) == 0) {
             gap = 2.5;
@@ -117,9 +126,11 @@ void Town::ring(int number, std::size_t end) {
             return;
         double middle = turns + share / 2;
         Frame frame = turned(outward(middle) * (radius + swing(middle)), middle + 0.5);
-        town_house(modeller, frame, "house " + std::to_string(number + 1) + "." + std::to_string(i), width,
-                   Random(seed, (std::uint64_t(static_cast<std::uint32_t>(number)) << 32) | static_cast<std::uint32_t>(i),
-                          0x686f7573));
+        town_house(
+            modeller, frame, "house " + std::to_string(number + 1) + "." + std::to_string(i), width,
+            Random(seed,
+                   (std::uint64_t(static_cast<std::uint32_t>(number)) << 32) | static_cast<std::uint32_t>(i),
+                   0x686f7573));
         turns += share;
     }
 }
@@ -132,7 +143,8 @@ void Town::houses(std::size_t end) {
 /// 36 straight pieces with merlons, a tower at every third corner, one piece left open with a gate house.
 void Town::wall() {
     constexpr int kPieces = 36;
-    double radius = outer + 3, length = 2 * radius * sine(0.5 / kPieces), inner = radius * cosine(0.5 / kPieces);
+    double radius = outer + 3, length = 2 * radius * sine(0.5 / kPieces),
+           inner = radius * cosine(0.5 / kPieces);
     for (int i = 0; i < kPieces; ++i) {
         double turns = (i + 0.5) / kPieces, half = length / 2;
         std::string number = std::to_string(i + 1);
@@ -140,7 +152,8 @@ void Town::wall() {
         modeller.begin(i == 0 ? "town wall/gate" : "town wall/piece " + number);
         modeller.place(frame);
         if (i == 0) {
-            Vec2 outline[] = {{-half, 0}, {-1.6, 0}, {-1.6, 3.5}, {1.6, 3.5}, {1.6, 0}, {half, 0}, {half, 7}, {-half, 7}};
+            Vec2 outline[] = {{-half, 0}, {-1.6, 0}, {-1.6, 3.5}, {1.6, 3.5},
+                              {1.6, 0},   {half, 0}, {half, 7},   {-half, 7}};
             modeller.extrude(Axis::z, outline, -1.2, 1.2);
         } else {
             modeller.box({-half, 0, -0.6}, {half, 6, 0.6});
@@ -158,7 +171,9 @@ void Town::wall() {
     }
 }
 
-std::size_t Town::wall_triangles() const { return 28 + 35 * 84 + 12 * (60 + 30); }
+std::size_t Town::wall_triangles() const {
+    return 28 + 35 * 84 + 12 * (60 + 30);
+}
 
 void Town::ground() {
     constexpr double kTile = 24;
@@ -175,8 +190,8 @@ void Town::ground() {
 void Town::barrels(std::size_t end) {
     for (int i = 0; modeller.triangle_count() + kBarrelTriangles <= end; ++i) {
         double turns = (i % 20) / 20.0 + 0.02, radius = 20.5 - (i / 20 % 4) * 0.9;
-        barrel(modeller, at(outward(turns) * radius + Vec3d{0, (i / 80) * 0.9, 0}), "market/barrel " + std::to_string(i + 1),
-               0.9);
+        barrel(modeller, at(outward(turns) * radius + Vec3d{0, (i / 80) * 0.9, 0}),
+               "market/barrel " + std::to_string(i + 1), 0.9);
     }
 }
 
@@ -186,7 +201,8 @@ Result<RawScene> town(const GenerateOptions& options) {
     std::uint64_t triangles = options.triangles ? options.triangles : kDefaultTriangles;
     if (triangles < kSmallest || triangles > kLargest)
         return Status(ErrorCode::usage, "a town has from " + std::to_string(kSmallest) + " to " +
-                                            std::to_string(kLargest) + " triangles, not " + std::to_string(triangles));
+                                            std::to_string(kLargest) + " triangles, not " +
+                                            std::to_string(triangles));
     Town town;
     town.seed = options.seed;
     town.church();

@@ -11,10 +11,10 @@ struct Opening {
     double left, right, low, high;
 };
 
-/// A wall of boxes around its openings (in order along x, not overlapping): from (left, 0) to (right, height), and
-/// `thick` deep to the back of the frame's plane z = 0. One object.
-void wall(Modeller& modeller, const Frame& frame, const std::string& name, double left, double right, double height,
-          std::span<const Opening> openings, double thick = kThick) {
+/// A wall of boxes around its openings (in order along x, not overlapping): from (left, 0) to (right,
+/// height), and `thick` deep to the back of the frame's plane z = 0. One object.
+void wall(Modeller& modeller, const Frame& frame, const std::string& name, double left, double right,
+          double height, std::span<const Opening> openings, double thick = kThick) {
     modeller.begin(name);
     modeller.place(frame);
     double x = left;
@@ -40,8 +40,8 @@ void shutters(Modeller& modeller, const Frame& frame, const std::string& name, c
 constexpr double kBeam = 0.16, kOut = 0.05;
 
 /// Rails at the given heights and posts in front of a wall: one object, 12 triangles a beam.
-void timber(Modeller& modeller, const Frame& frame, const std::string& name, double left, double right, double height,
-            std::span<const double> rails, std::span<const double> posts) {
+void timber(Modeller& modeller, const Frame& frame, const std::string& name, double left, double right,
+            double height, std::span<const double> rails, std::span<const double> posts) {
     modeller.begin(name);
     modeller.place(frame);
     for (double y : rails)
@@ -83,7 +83,8 @@ void House::shell() {
     double h = half(), d = kTownHouseDepth;
     block(modeller, frame * at({0, 0, -d}), name + "/floor", {width, kFloor, d});
     Frame base = frame * at({0, kFloor, 0});
-    Opening front[] = {{-h + 0.6, -h + 1.6, 0, 2.0}, {0.2, h - 0.9, 0.9, 2.0}}, back[] = {{-0.6, 0.6, 1.0, 1.9}};
+    Opening front[] = {{-h + 0.6, -h + 1.6, 0, 2.0}, {0.2, h - 0.9, 0.9, 2.0}},
+            back[] = {{-0.6, 0.6, 1.0, 1.9}};
     wall(modeller, base, name + "/wall front", -h, h, kGround, front);
     wall(modeller, base * turned({0, 0, -d}, 0.5), name + "/wall back", -h, h, kGround, back);
     for (int side = 0; side < 2; ++side) {
@@ -93,7 +94,8 @@ void House::shell() {
         modeller.box({x, 0, -d + kThick}, {x + kThick, kGround, -kThick});
     }
     Opening doorway[] = {{0.3, 1.2, 0, 1.95}};
-    wall(modeller, base * at({0, 0, -d / 2}), name + "/wall inner", -h + kThick, h - kThick, kGround, doorway, 0.125);
+    wall(modeller, base * at({0, 0, -d / 2}), name + "/wall inner", -h + kThick, h - kThick, kGround, doorway,
+         0.125);
     double turns = random.below(2) ? random.uniform(0.1, 0.24) : 0;
     door(modeller, base * at({-h + 0.6, 0, -0.12}), name + "/door", 1.0, 2.0, turns);
     shutters(modeller, base, name + "/shutters", front[1]);
@@ -110,7 +112,8 @@ void House::upper_shell() {
     modeller.place(base);
     modeller.ring(Axis::y, {-d, -h}, {kJut, h}, {-d + 0.5, h - 1.3}, {-d + 1.5, h - 0.5}, 0, kSlab);
     base = base * at({0, kSlab, 0});
-    Opening front[] = {{-h + 0.7, -h + 1.7, 0.8, 1.8}, {h - 1.7, h - 0.7, 0.8, 1.8}}, back[] = {{-0.5, 0.5, 0.8, 1.7}};
+    Opening front[] = {{-h + 0.7, -h + 1.7, 0.8, 1.8}, {h - 1.7, h - 0.7, 0.8, 1.8}},
+            back[] = {{-0.5, 0.5, 0.8, 1.7}};
     Frame jut = base * at({0, 0, kJut});
     wall(modeller, jut, name + "/wall upper front", -h, h, kUpper, front);
     wall(modeller, base * turned({0, 0, -d}, 0.5), name + "/wall upper back", -h, h, kUpper, back);
@@ -147,7 +150,8 @@ void House::roof() {
     modeller.begin(name + "/tiles"); // rows of boards upon the slopes, each a little over the next lower
     for (int side = 0; side < 2; ++side)
         for (int row = 0; row < kRows; ++row) {
-            double eave = side ? -d - 0.3 : kJut + 0.3, low = double(row) / kRows, high = double(row + 1) / kRows;
+            double eave = side ? -d - 0.3 : kJut + 0.3, low = double(row) / kRows,
+                   high = double(row + 1) / kRows;
             auto point = [&](double share, double lift) {
                 return Vec3d{0, -0.2 + (ridge + 0.25) * share + lift, eave + (middle - eave) * share};
             };
@@ -167,8 +171,8 @@ void House::roof() {
 
 void House::jugs(const Frame& ground, const std::string& own, double free, int count) {
     for (int i = 0; i < count; ++i)
-        jug(modeller, ground * at({(i + 0.5) * free / count - free / 2, 0, 0.15}), own + "/jug " + std::to_string(i + 1),
-            random.uniform(0.15, 0.3));
+        jug(modeller, ground * at({(i + 0.5) * free / count - free / 2, 0, 0.15}),
+            own + "/jug " + std::to_string(i + 1), random.uniform(0.15, 0.3));
 }
 
 /// The room at the back of the ground floor.
@@ -179,18 +183,21 @@ void House::kitchen() {
     Frame left = room * turned({-h + kThick + 0.01, 0, -d * 0.75}, 0.25);
     modeller.begin(own + "/hearth");
     modeller.place(left);
-    Vec2 arch[] = {{-0.9, 0}, {-0.6, 0}, {-0.6, 1.1}, {0.6, 1.1}, {0.6, 0}, {0.9, 0}, {0.9, kGround}, {-0.9, kGround}};
+    Vec2 arch[] = {{-0.9, 0}, {-0.6, 0}, {-0.6, 1.1},    {0.6, 1.1},
+                   {0.6, 0},  {0.9, 0},  {0.9, kGround}, {-0.9, kGround}};
     modeller.extrude(Axis::z, arch, 0, 0.9);
     jug(modeller, left * at({0, 0, 0.4}), own + "/kettle", 0.45);
     Frame right = room * turned({h - kThick - 0.01, 0, -d * 0.68}, 0.75);
-    shelf(modeller, right, own + "/shelf", {1.4, 1.8, 0.32}, 2, [&](int place, const Frame& ground, Size free) {
-        jugs(ground, own + "/shelf/row " + std::to_string(place + 1), free.width, 4);
-    });
+    shelf(modeller, right, own + "/shelf", {1.4, 1.8, 0.32}, 2,
+          [&](int place, const Frame& ground, Size free) {
+              jugs(ground, own + "/shelf/row " + std::to_string(place + 1), free.width, 4);
+          });
     table(modeller, room * at({0.1, 0, -d + 2.3}), own + "/table", {1.3, 0.75, 0.8});
     desk(modeller, room * at({0.1, 0, -d + 3.2}), own + "/bench", {1.2, 0.45, 0.3});
     jug(modeller, room * at({0.1, 0.75, -d + 2.7}), own + "/jug on the table", 0.25);
     for (int i = 0; i < 2; ++i)
-        barrel(modeller, room * at({-h + 0.75 + 0.75 * i, 0, -d + 0.75}), own + "/barrel " + std::to_string(i + 1), 0.9);
+        barrel(modeller, room * at({-h + 0.75 + 0.75 * i, 0, -d + 0.75}),
+               own + "/barrel " + std::to_string(i + 1), 0.9);
 }
 
 /// The room at the front of the ground floor.
@@ -201,9 +208,10 @@ void House::workshop() {
     table(modeller, room * at({h - 1.6, 0, -1.3}), own + "/counter", {1.8, 0.85, 0.7});
     chair(modeller, room * at({h - 1.4, 0, -2.1}), own + "/chair");
     Frame right = room * turned({h - kThick - 0.01, 0, -d * 0.37}, 0.75);
-    shelf(modeller, right, own + "/shelf", {1.2, 1.8, 0.32}, 2, [&](int place, const Frame& ground, Size free) {
-        jugs(ground, own + "/shelf/row " + std::to_string(place + 1), free.width, 3);
-    });
+    shelf(modeller, right, own + "/shelf", {1.2, 1.8, 0.32}, 2,
+          [&](int place, const Frame& ground, Size free) {
+              jugs(ground, own + "/shelf/row " + std::to_string(place + 1), free.width, 3);
+          });
     Frame left = room * turned({-h + kThick + 0.01, 0, -d * 0.36}, 0.25);
     modeller.begin(own + "/chest");
     modeller.place(left);
@@ -211,11 +219,11 @@ void House::workshop() {
     modeller.begin(own + "/chest/lid");
     modeller.box({-0.6, 0.55, 0}, {0.6, 0.6, 0.55});
     for (int i = 0; i < 2; ++i)
-        block(modeller, left * at({-0.25 + 0.5 * i, 0.04, 0.1}), own + "/chest/cloth " + std::to_string(i + 1),
-              {0.35, random.uniform(0.15, 0.4), 0.35});
+        block(modeller, left * at({-0.25 + 0.5 * i, 0.04, 0.1}),
+              own + "/chest/cloth " + std::to_string(i + 1), {0.35, random.uniform(0.15, 0.4), 0.35});
     for (int i = 0; i < 3; ++i)
-        barrel(modeller, room * at({-h + 0.65 + 0.7 * i, 0, -d / 2 + 0.45}), own + "/barrel " + std::to_string(i + 1),
-               random.uniform(0.7, 0.95));
+        barrel(modeller, room * at({-h + 0.65 + 0.7 * i, 0, -d / 2 + 0.45}),
+               own + "/barrel " + std::to_string(i + 1), random.uniform(0.7, 0.95));
 }
 
 /// The upper floor, one room.
@@ -235,11 +243,12 @@ void House::chamber() {
         block(modeller, bed * at({0, 0.5, 0.1}), own + "/pillow" + n, {0.7, 0.12, 0.35});
         jug(modeller, bed * at({0.85, 0, 0.3}), own + "/pot" + n, 0.3);
     }
-    cupboard(modeller, room * turned({h - kThick - 0.01, 0, -d * 0.35}, 0.75), own + "/cupboard", {1.3, 1.8, 0.5}, 2);
+    cupboard(modeller, room * turned({h - kThick - 0.01, 0, -d * 0.35}, 0.75), own + "/cupboard",
+             {1.3, 1.8, 0.5}, 2);
     Frame inside = room * turned({h - kThick - 0.03, kBoard, -d * 0.35}, 0.75);
     for (int i = 0; i < 3; ++i)
-        block(modeller, inside * at({-0.4 + 0.4 * i, 0, 0.02}), own + "/cupboard/clothes " + std::to_string(i + 1),
-              {0.3, random.uniform(0.5, 1.5), 0.4});
+        block(modeller, inside * at({-0.4 + 0.4 * i, 0, 0.02}),
+              own + "/cupboard/clothes " + std::to_string(i + 1), {0.3, random.uniform(0.5, 1.5), 0.4});
     table(modeller, room * at({0.8, 0, -d + 2.4}), own + "/table", {1.0, 0.72, 0.7});
     chair(modeller, room * turned({0.8, 0, -d + 3.4}, 0.5), own + "/chair");
     jugs(room * at({0.8, 0.72, -d + 2.6}), own + "/table", 0.9, 3);
@@ -251,8 +260,8 @@ void jug(Modeller& modeller, const Frame& frame, const std::string& name, double
     modeller.begin(name);
     modeller.place(frame);
     double r = height * 0.35;
-    Vec2 profile[] = {{r * 0.7, 0}, {r, height * 0.35}, {r * 0.6, height * 0.75}, {r * 0.75, height},
-                      {r * 0.65, height}, {r * 0.5, height * 0.75}};
+    Vec2 profile[] = {{r * 0.7, 0},       {r, height * 0.35}, {r * 0.6, height * 0.75},
+                      {r * 0.75, height}, {r * 0.65, height}, {r * 0.5, height * 0.75}};
     modeller.lathe(Axis::y, profile, 10);
 }
 
@@ -260,11 +269,16 @@ void barrel(Modeller& modeller, const Frame& frame, const std::string& name, dou
     modeller.begin(name);
     modeller.place(frame);
     double r = height * 0.36;
-    Vec2 profile[] = {{r * 0.8, 0}, {r * 0.95, height * 0.25}, {r, height * 0.5}, {r * 0.95, height * 0.75}, {r * 0.8, height}};
+    Vec2 profile[] = {{r * 0.8, 0},
+                      {r * 0.95, height * 0.25},
+                      {r, height * 0.5},
+                      {r * 0.95, height * 0.75},
+                      {r * 0.8, height}};
     modeller.lathe(Axis::y, profile, 10);
 }
 
-void town_house(Modeller& modeller, const Frame& frame, const std::string& name, double width, Random random) {
+void town_house(Modeller& modeller, const Frame& frame, const std::string& name, double width,
+                Random random) {
     House house{modeller, frame, name, width, random};
     house.shell();
     house.upper_shell();

@@ -9,8 +9,8 @@ inline constexpr double kTownHouseDepth = 8;
 /// No house has more triangles.
 inline constexpr std::size_t kTownHouseTriangles = 6000;
 
-/// About 90 objects. The ground floor's front is the plane z = 0, x from -width/2 to width/2, the street lies toward +z;
-/// the upper storey juts out over it by 0.4 m.
+/// About 90 objects. The ground floor's front is the plane z = 0, x from -width/2 to width/2, the street lies
+/// toward +z; the upper storey juts out over it by 0.4 m.
 void town_house(Modeller& modeller, const Frame& frame, const std::string& name, double width, Random random);
 
 /// One object, 116 triangles: a jug of the given height, standing on the frame's origin.

@@ -70,11 +70,13 @@ TEST(ExportGlb, a_snapped_scene_comes_back_exactly) {
         std::vector<Vec3d> offsets;
         double far = *rc::gen::element(0.0, 1e3, 4.6e5, 1e7);
         for (int i = *rc::gen::inRange(1, 6); i > 0; --i)
-            offsets.push_back({far + *rc::gen::inRange(-1000, 1000) * 0.37, -far + *rc::gen::inRange(-1000, 1000) * 0.01,
+            offsets.push_back({far + *rc::gen::inRange(-1000, 1000) * 0.37,
+                               -far + *rc::gen::inRange(-1000, 1000) * 0.01,
                                *rc::gen::inRange(-1000, 1000) / 3.0});
         RawScene raw = tetrahedra(offsets);
         for (RawObject& object : raw.objects)
-            object.flags = *rc::gen::element<std::uint32_t>(0, kOccludes, kDoubleSided, kOccludes | kDoubleSided);
+            object.flags =
+                *rc::gen::element<std::uint32_t>(0, kOccludes, kDoubleSided, kOccludes | kDoubleSided);
         Scene scene = created(std::move(raw));
         Result<std::vector<std::byte>> bytes = export_glb(scene);
         RC_ASSERT(bytes.ok());
@@ -127,7 +129,8 @@ TEST(ExportGlb, big_meshes_use_wide_indices) {
         for (std::uint32_t i = 0; i < vertices; ++i)
             raw.positions.push_back({double(i / 2), double(i % 2), 0});
         for (std::uint32_t i = 0; i + 2 < vertices; ++i)
-            raw.triangles.push_back(i % 2 ? TriangleIndices{i + 1, i, i + 2} : TriangleIndices{i, i + 1, i + 2});
+            raw.triangles.push_back(i % 2 ? TriangleIndices{i + 1, i, i + 2}
+                                          : TriangleIndices{i, i + 1, i + 2});
         RawObject object;
         object.id = {0, 0, -1};
         object.triangle_count = vertices - 2;

@@ -38,7 +38,8 @@ TEST(Apartment, contents_lie_inside_their_furniture) {
         int inside = 0;
         for (const RawObject& outer : scene.objects)
             for (const RawObject& inner : scene.objects) {
-                std::string rest = inner.name.starts_with(outer.name + "/") ? inner.name.substr(outer.name.size()) : "";
+                std::string rest =
+                    inner.name.starts_with(outer.name + "/") ? inner.name.substr(outer.name.size()) : "";
                 if (rest.empty() || rest.find("/door") == 0 || rest.find("/lamp") == 0)
                     continue;
                 Box3d a = test::bounds_of(scene, outer), b = test::bounds_of(scene, inner);
@@ -55,7 +56,8 @@ TEST(Apartment, a_block_of_eighteen_has_eighteen_equal_flats) {
     ASSERT_EQ(block.objects.size(), 18u * 159);
     ASSERT_EQ(block.triangles.size(), 18u * 3060);
     for (std::size_t c = 0; c < 18; ++c) {
-        EXPECT_EQ(block.objects[c * 159 + 3].name, "flat " + std::to_string(c + 1) + "/" + flat.objects[3].name);
+        EXPECT_EQ(block.objects[c * 159 + 3].name,
+                  "flat " + std::to_string(c + 1) + "/" + flat.objects[3].name);
         for (std::size_t v = 0; v < flat.positions.size(); ++v)
             ASSERT_EQ(block.positions[c * flat.positions.size() + v] - flat.positions[v],
                       (Vec3d{double(c / 6) * 11, double(c % 6) * 2.90625, 0}));

@@ -22,7 +22,8 @@ TEST(City, has_the_size_that_is_asked_for) {
 
 /// Buildings stand on their block's ground: nothing reaches beyond the streets, or above 60 m.
 TEST(City, is_sound_for_any_seed_and_size) {
-    for (auto [size, seed] : {std::pair<std::uint64_t, std::uint64_t>{25'000, 5}, {60'000, 2}, {300'000, 1}}) {
+    for (auto [size, seed] :
+         {std::pair<std::uint64_t, std::uint64_t>{25'000, 5}, {60'000, 2}, {300'000, 1}}) {
         RawScene scene = made("city", {size, seed});
         Box3d world;
         for (const RawObject& object : scene.objects)

@@ -58,7 +58,8 @@ TEST(Forest, ground_tiles_share_their_borders) {
             for (std::uint32_t t = 0; t < object.triangle_count; ++t)
                 for (std::uint32_t v : scene.triangles[object.first_triangle + t])
                     if (scene.positions[v].x == border)
-                        top.push_back({double(object.name == "ground 0,0"), scene.positions[v].y, scene.positions[v].z});
+                        top.push_back({double(object.name == "ground 0,0"), scene.positions[v].y,
+                                       scene.positions[v].z});
     std::sort(top.begin(), top.end());
     top.erase(std::unique(top.begin(), top.end()), top.end());
     ASSERT_EQ(top.size(), 2u * 2 * 9);

@@ -58,7 +58,8 @@ inline std::size_t open_edges(const RawScene& scene, const RawObject& object) {
     std::size_t repeated = static_cast<std::size_t>(forth.end() - std::unique(forth.begin(), forth.end()));
     std::size_t different = 0;
     for (std::size_t i = 0; i < back.size(); ++i)
-        different += !std::binary_search(forth.begin(), forth.end() - static_cast<std::ptrdiff_t>(repeated), back[i]);
+        different +=
+            !std::binary_search(forth.begin(), forth.end() - static_cast<std::ptrdiff_t>(repeated), back[i]);
     return different + repeated;
 }
 
@@ -85,13 +86,13 @@ inline Box3d bounds_of(const RawScene& scene, const RawObject& object) {
 
 /// Objects whose names begin with `prefix`.
 inline std::size_t count_named(const RawScene& scene, std::string_view prefix) {
-    return static_cast<std::size_t>(std::count_if(scene.objects.begin(), scene.objects.end(), [&](const RawObject& o) {
-        return o.name.starts_with(prefix);
-    }));
+    return static_cast<std::size_t>(
+        std::count_if(scene.objects.begin(), scene.objects.end(),
+                      [&](const RawObject& o) { return o.name.starts_with(prefix); }));
 }
 
-/// Closed solids wound outward (unless double-sided), on the grid of 1/`grid` m, without a degenerate triangle, no
-/// vertex outside `world`, every name once.
+/// Closed solids wound outward (unless double-sided), on the grid of 1/`grid` m, without a degenerate
+/// triangle, no vertex outside `world`, every name once.
 inline void expect_sound(const RawScene& scene, const Box3d& world, double grid = 4096) {
     std::vector<std::string> names;
     for (const RawObject& object : scene.objects) {
@@ -111,7 +112,8 @@ inline void expect_sound(const RawScene& scene, const Box3d& world, double grid 
     }
     for (std::size_t t = 0; t < scene.triangles.size(); ++t) {
         const TriangleIndices& i = scene.triangles[t];
-        Vec3d n = cross(scene.positions[i[1]] - scene.positions[i[0]], scene.positions[i[2]] - scene.positions[i[0]]);
+        Vec3d n = cross(scene.positions[i[1]] - scene.positions[i[0]],
+                        scene.positions[i[2]] - scene.positions[i[0]]);
         ASSERT_NE(n, Vec3d{}) << "triangle " << t;
     }
 }

@@ -54,7 +54,8 @@ TEST(Office, stairs_have_the_volume_of_their_outline) {
     for (const RawObject& object : scene.objects)
         if (object.name.ends_with("/stairs")) {
             double step = 0.1875 * 0.25;
-            // Every step is its own rectangle half hollowed by the slant, and stands on the next one's lower half.
+            // Every step is its own rectangle half hollowed by the slant, and stands on the next one's lower
+            // half.
             double area = 16 * step / 2 + 15 * step + step / 2;
             EXPECT_NEAR(test::volume(scene, object) / 6, area * 1.25, 1e-9);
             ++stairs;
