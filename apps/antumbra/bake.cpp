@@ -17,6 +17,7 @@ struct BakeArguments {
     std::string output, cells, where, granularity = "object";
     double where_radius = 0;
     bool dry_run = false;
+    PvsCoding coding = PvsCoding::cheapest;
 };
 
 Result<std::array<std::uint32_t, 3>> parse_cells(const std::string& text) {
@@ -92,6 +93,7 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         document["cpu_seconds"] = statistics.cpu_seconds;
         document["rays"] = statistics.rays;
         document["bytes"] = bytes;
+        document["coding"] = to_string(arguments.coding);
         document["visibility_bytes"] = visibility_bytes;
         document["bits_per_pair"] = bits_per_pair;
         document["mean_visible"] = statistics.mean_visible;
@@ -162,7 +164,7 @@ int run_bake(BakeArguments& arguments) {
     Result<BakeResult> result = bake(*scene, arguments.options, job);
     if (!result)
         return fail(result.status());
-    Result<std::vector<std::byte>> bytes = encode_pvs(result->pvs);
+    Result<std::vector<std::byte>> bytes = encode_pvs(result->pvs, arguments.coding);
     if (!bytes)
         return fail(bytes.status());
     Result<Pvs> written = Pvs::open(*bytes);
@@ -222,6 +224,13 @@ void add_bake(CLI::App& app) {
                        "How far around a camera path viewers can be [1/100 of the scene's diagonal]");
     command.add_flag("--dry-run", arguments->dry_run, "Estimate time and size from a few cells, write nothing");
     command.add_flag("--resume", options.resume, "Take up the finished cells of an interrupted bake");
+    std::map<std::string, PvsCoding> codings;
+    for (PvsCoding coding : {PvsCoding::cheapest, PvsCoding::tree_leaves, PvsCoding::tree_parent,
+                             PvsCoding::tree_sibling, PvsCoding::references, PvsCoding::archive})
+        codings[to_string(coding)] = coding;
+    command.add_option("--coding", arguments->coding, "How the file stores its rows; all are lossless")
+        ->transform(CLI::CheckedTransformer(codings))
+        ->default_str(to_string(arguments->coding));
     command.add_option("--granularity", arguments->granularity, "What is listed")
         ->check(CLI::IsMember({"object"}))
         ->capture_default_str();
