@@ -13,7 +13,7 @@ import tempfile
 
 ANTUMBRA = sys.argv[1]
 SPLIT = ["--max-depth", "8", "--rays-per-cell", "2048", "--holdout-rays", "256", "--effectiveness", "0.1"]
-CODINGS = ["tree_leaves", "tree_parent", "tree_sibling"]
+CODINGS = ["tree-leaves", "tree-parent", "tree-sibling"]
 CASES = [
     # name, generator arguments, subdivision, further options, what the paper says
     ("apartment, eight headings", ["apartment"], "angular", SPLIT, "1,504 leaves, 26 of 159, scheme 2: 16 KB"),
