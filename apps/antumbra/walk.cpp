@@ -211,8 +211,10 @@ int run_walk(WalkArguments& arguments) {
     arguments.path_options.seed = arguments.common.seed;
     if (arguments.frames > 0)
         arguments.path_options.frames = arguments.frames;
-    Result<FoundPath> path =
-        arguments.path == "auto" ? find_path(*scene, arguments.path_options, job) : read_path(arguments, *scene);
+    if (arguments.path == "orbit")
+        arguments.path_options.kind = PathKind::orbit;
+    bool made = arguments.path == "auto" || arguments.path == "orbit";
+    Result<FoundPath> path = made ? find_path(*scene, arguments.path_options, job) : read_path(arguments, *scene);
     if (!path)
         return fail(path.status());
     if (!arguments.save_path.empty())
@@ -235,10 +237,10 @@ void add_walk(CLI::App& app) {
         *app.add_subcommand("walk", "Walks a camera path: times every method on the same frames, checks each by truth");
     arguments->scene.add_to(command);
     command.add_option("--pvs", arguments->pvs, "The .pvs file of the method pvs");
-    command.add_option("--path", arguments->path, "Camera path: .json, a glTF camera animation, or auto")
+    command.add_option("--path", arguments->path, "Camera path: .json, a glTF camera animation, auto (a walk through free space) or orbit")
         ->capture_default_str();
     command.add_option("--save-path", arguments->save_path, "Write the camera path that was walked as .json");
-    command.add_option("--frames", arguments->frames, "Frames [auto: 120; a file: all of it]");
+    command.add_option("--frames", arguments->frames, "Frames [auto and orbit: 120; a file: all of it]");
     command
         .add_option("--eye-height", arguments->path_options.eye_height,
                     "For auto: scene units above the floor [guessed]")

@@ -61,7 +61,13 @@ Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOpti
 
 // -- walk: methods of culling along a camera path ------------------------------------------------------------------
 
+enum class PathKind : std::uint8_t {
+    automatic, ///< a walk, or an orbit where there is nowhere to stand
+    orbit,     ///< once around the scene, looking at its middle: for parts and machines
+};
+
 struct PathOptions {
+    PathKind kind = PathKind::automatic;
     std::uint32_t frames = 120;
     std::uint64_t seed = 1;
     double eye_height = 0; ///< above the floor, scene units; 0: guessed from the heights of the rooms

@@ -18,6 +18,7 @@ constexpr int kProbes = 24;                 ///< places per component that tell 
 constexpr int kCandidates = 24;             ///< goals that a leg chooses from
 constexpr double kAhead = 2.5;              ///< how far ahead the camera looks, in eye heights
 constexpr double kMostLengths = 4;          ///< of the scene, that a walk is long
+constexpr double kRise = 0.35;              ///< height of an orbit over the scene's middle, in radii
 constexpr double kRoom = 0.12;              ///< radius kept free around the camera, in eye heights
 
 /// Share of level and rising directions in which something is to be seen: high in rooms and streets, low on roofs
@@ -242,7 +243,8 @@ FoundPath orbit(const Scene& scene, const PathOptions& options) {
     Vec3d centre = bounds.centre(), size = bounds.size();
     double radius = 0.9 * length(size);
     FoundPath path;
-    path.description = sentence("orbits the scene at a distance of %.4g units: found nowhere to stand%.0s", radius, 0);
+    path.description = sentence("orbits the scene at a distance of %.4g units, %.4g above its middle", radius,
+                                kRise * radius);
     for (std::uint32_t k = 0; k < options.frames; ++k) {
         // The point at the angle a on the circle from tan(a/2), a quadrant at a time.
         double turn = 4.0 * k / options.frames;
@@ -255,7 +257,7 @@ FoundPath orbit(const Scene& scene, const PathOptions& options) {
             z = old;
         }
         View view;
-        view.eye = centre + Vec3d{x * radius, 0.35 * radius, z * radius};
+        view.eye = centre + Vec3d{x * radius, kRise * radius, z * radius};
         view.target = centre;
         view.near_plane = 0;
         view.fov_y_deg = options.fov_y_deg;
@@ -271,6 +273,8 @@ Result<FoundPath> find_path(const Scene& scene, const PathOptions& options, cons
         options.eye_height < 0 || options.step < 0)
         return Status(ErrorCode::usage, "a path needs 1 to 1000000 frames, a field of view between 0 and 180 degrees "
                                         "and lengths that are not negative");
+    if (options.kind == PathKind::orbit)
+        return orbit(scene, options);
     Tracer tracer = Tracer::build(scene, job);
     WalkableOptions walkable_options;
     walkable_options.eye_height = options.eye_height;

@@ -97,6 +97,20 @@ TEST(FindPath, OrbitsWhereNobodyCanStand) {
     EXPECT_GT(length(path->views[4].eye - path->views[0].eye), 1);
 }
 
+TEST(FindPath, OrbitsOnRequest) {
+    PathOptions options = frames(4);
+    options.kind = PathKind::orbit;
+    Scene scene = flat();
+    auto path = find_path(scene, options);
+    ASSERT_TRUE(path);
+    Box3d bounds = to_double(scene.local_bounds());
+    for (const View& view : path->views)
+        EXPECT_FALSE(bounds.contains(view.eye));
+    // A quarter turn from frame to frame.
+    Vec3d centre = bounds.centre(), first = path->views[0].eye - centre, second = path->views[1].eye - centre;
+    EXPECT_NEAR(first.x * second.x + first.z * second.z, 0, 1e-9);
+}
+
 TEST(FindPath, KeepsTheEyeHeightThatIsAsked) {
     PathOptions options = frames(20);
     options.eye_height = 1.25;
