@@ -41,6 +41,8 @@ class EglContext final : public GlContext {
     }
 
   private:
+    EglContext() : GlContext("EGL") {}
+
     Status open() {
         Library egl("libEGL.so.1");
         if (!egl)
@@ -94,6 +96,8 @@ class OsMesaContext final : public GlContext {
     }
 
   private:
+    OsMesaContext() : GlContext("OSMesa") {}
+
     Status open() {
         Library mesa("libOSMesa.so.8");
         if (!mesa)
@@ -140,7 +144,7 @@ std::string GlContext::description() const {
         if (part)
             text += (text.empty() ? "" : ", ") + std::string(reinterpret_cast<const char*>(part));
     }
-    return text;
+    return text + ", through " + giver_;
 }
 
 Result<std::unique_ptr<GlContext>> GlContext::create() {

@@ -77,14 +77,16 @@ class GlContext {
     virtual ~GlContext() = default;
 
     const GlFunctions& functions() const { return functions_; }
-    /// Renderer and version, for the report.
+    /// Renderer, version and who gave the context, for the report.
     std::string description() const;
 
   protected:
+    explicit GlContext(const char* giver) : giver_(giver) {}
     /// False if the driver lacks one of the functions.
     bool load(void* (*address)(const char*));
 
   private:
+    const char* giver_;
     GlFunctions functions_;
 };
 

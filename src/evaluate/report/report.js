@@ -164,7 +164,7 @@
       const plot = new uPlot({
         width: box.clientWidth - 16, height: 220, cursor: { sync: { key: sync.key }, drag: { x: true, y: false } },
         scales: { x: { time: false }, y: spec.logarithmic ? { distr: 3 } : { range: (u, low, high) => [0, high > 0 ? high * 1.05 : 1] } },
-        axes: [axis, { ...yAxis, size: 62, values: (u, ticks) => ticks.map((tick) => (tick === null ? '' : short(tick))) }],
+        axes: [{ ...axis, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 1e5] }, { ...yAxis, size: 62, values: (u, ticks) => ticks.map((tick) => (tick === null ? '' : short(tick))) }],
         hooks: { draw: [markFrame] },
         series: [{ label: 'frame' }, ...spec.series.map((one) => ({
           label: one.label, stroke: one.dash ? colour('muted') : colour('series-' + one.colour % 8), width: 1.5, dash: one.dash,
