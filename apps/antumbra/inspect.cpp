@@ -40,6 +40,8 @@ void print_as_json(const Pvs& pvs, const std::vector<Section>& sections, const C
     document["tool_version"] = std::string(pvs.tool_version());
     document["method"] = std::string(pvs.method());
     document["guarantee"] = to_string(pvs.guarantee());
+    document["coding"] = to_string(pvs.coding());
+    document["volumes"] = pvs.volumes().cells();
     document["sides"] = pvs.sides() == 1 ? "both" : "material";
     document["scene_fingerprint"] = hex(pvs.scene_fingerprint());
     document["structure_fingerprint"] = fmt::format("{:016x}", pvs.structure_fingerprint());
@@ -96,6 +98,9 @@ void print_as_text(const Pvs& pvs, const std::vector<Section>& sections, const C
         fmt::print("cells        {} leaves of a view tree in {}\n", census.cells.size(), box_text(pvs.tree().bounds));
     fmt::print("             {} baked, {} solid, {} not baked, {} distinct rows\n", census.baked, census.solid,
                census.not_baked, pvs.row_count());
+    fmt::print("coding       {}\n", to_string(pvs.coding()));
+    if (pvs.volumes().cells() > 0)
+        fmt::print("volumes      {} for moving things\n", pvs.volumes().cells());
     fmt::print("visible      {:.1f} objects from a baked cell on average\n", census.mean_visible);
     fmt::print("bytes        {}, of which visibility {} ({:.4f} bits per pair of cell and object)\n",
                pvs.file_bytes(), pvs.visibility_bytes(), bits_per_pair(pvs, census));

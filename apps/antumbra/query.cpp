@@ -7,14 +7,30 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
+#include <numbers>
 
 namespace antumbra::app {
 namespace {
 
 struct QueryArguments {
     Common common;
-    std::string file, eye;
+    std::string file, eye, direction, up = "0,1,0";
+    double fov_degrees = 60, aspect = 16.0 / 9, radius = 0;
 };
+
+/// Viewpoints around the eye and, if a direction was given, its frustum.
+Result<ViewRange> range_of(const QueryArguments& arguments, const Vec3d& eye) {
+    Vec3d radius{arguments.radius, arguments.radius, arguments.radius};
+    ViewRange range{{eye - radius, eye + radius}, true, {}};
+    if (arguments.direction.empty())
+        return range;
+    Result<Vec3d> direction = parse_vec3(arguments.direction, "--dir"), up = parse_vec3(arguments.up, "--up");
+    if (!direction || !up)
+        return direction ? up.status() : direction.status();
+    return camera_range(range.eyes, *direction, *up, std::tan(arguments.fov_degrees * std::numbers::pi / 360),
+                        arguments.aspect);
+}
 
 Json describe(const Pvs& pvs, std::uint32_t id) {
     PvsObject object = pvs.object(id);
@@ -33,15 +49,30 @@ std::vector<std::uint32_t> visible_ids(const PvsCursor& cursor) {
     return ids;
 }
 
+std::uint64_t count_volumes(const PvsCursor& cursor) {
+    std::uint64_t count = 0;
+    for (std::uint64_t word : cursor.volumes)
+        count += static_cast<unsigned>(std::popcount(word));
+    return count;
+}
+
 /// Why an answer is "everything"; nullptr if it is not.
 const char* why_everything(const Pvs& pvs, const PvsCursor& cursor) {
     if (!cursor.everything)
         return nullptr;
-    if (cursor.cell < 0)
+    if (cursor.cell == -3)
+        return "some viewpoints have no cell that was baked, so everything is visible";
+    if (cursor.cell < 0 || !pvs.tree().nodes.empty())
         return "the eye is outside every cell, so everything is visible";
     return pvs.cell_row(std::uint64_t(cursor.cell)) == kCellSolid
                ? "the eye's cell is inside geometry, so everything is visible"
                : "the eye's cell was not baked, so everything is visible";
+}
+
+/// A union over several cells, or bounds in place of geometry, is never exact.
+Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor) {
+    bool is_loose = cursor.everything || (cursor.cell == -3 && pvs.guarantee() == Guarantee::exact);
+    return is_loose ? Guarantee::conservative : pvs.guarantee();
 }
 
 void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, bool json) {
@@ -50,6 +81,7 @@ void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, 
         Json document;
         document["cell"] = cursor.cell < 0 ? Json(nullptr) : Json(cursor.cell);
         document["guarantee"] = to_string(guarantee);
+        document["volumes_visible"] = count_volumes(cursor);
         document["everything"] = cursor.everything;
         document["count"] = ids.size();
         document["visible"] = Json::array();
@@ -77,11 +109,17 @@ int run_query(const QueryArguments& arguments) {
     Result<Pvs> pvs = Pvs::open(file->bytes());
     if (!pvs)
         return fail(pvs.status().in(arguments.file));
+    Result<ViewRange> range = range_of(arguments, *eye);
+    if (!range)
+        return fail(range.status());
     PvsCursor cursor;
-    (void)pvs->query(*eye, cursor);
+    if (range->all_directions && arguments.radius == 0)
+        (void)pvs->query(*eye, cursor);
+    else
+        (void)pvs->query_range(*range, cursor);
     if (const char* reason = why_everything(*pvs, cursor))
         note(reason);
-    print_answer(*pvs, cursor, cursor.everything ? Guarantee::conservative : pvs->guarantee(), arguments.common.json);
+    print_answer(*pvs, cursor, guarantee_of(*pvs, cursor), arguments.common.json);
     return 0;
 }
 
@@ -92,6 +130,17 @@ void add_query(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("query", "What can be seen from a point, by a baked file");
     command.add_option("FILE", arguments->file, "Baked file: .pvs")->required();
     command.add_option("--eye", arguments->eye, "Viewpoint X,Y,Z in the scene's coordinates")->required();
+    command.add_option("--dir", arguments->direction, "Looking along X,Y,Z: only what is in the frustum");
+    command.add_option("--up", arguments->up, "What is upward in the picture, with --dir")->capture_default_str();
+    command.add_option("--fov", arguments->fov_degrees, "Vertical field of view in degrees, with --dir")
+        ->check(CLI::Range(0.001, 179.0))
+        ->capture_default_str();
+    command.add_option("--aspect", arguments->aspect, "Width of the picture over its height, with --dir")
+        ->check(CLI::Range(0.001, 1000.0))
+        ->capture_default_str();
+    command.add_option("--radius", arguments->radius, "From all viewpoints so near to the eye, in each axis")
+        ->check(CLI::Range(0.0, 1e30))
+        ->capture_default_str();
     add_common(command, arguments->common, "antumbra query house.pvs --eye 1.5,1.7,-4",
                [arguments] { return run_query(*arguments); });
 }

@@ -115,6 +115,8 @@ typedef struct ant_pvs_info {
                                        a stale bake */
     uint64_t file_bytes;
     uint64_t visibility_bytes;     /* coded visibility alone */
+    uint64_t volume_count;         /* occludee volumes, for ant_cursor_sees_box; 0: none */
+    uint64_t tree_nodes;           /* of the view tree that some files have in place of the grid; 0: none */
 } ant_pvs_info;
 
 /* Errors: ANT_USAGE, also for an impossible struct_size. Cost: nanoseconds. */
@@ -188,9 +190,28 @@ void ant_cursor_destroy(ant_cursor* cursor);
  * Cost: below 1 microsecond per 4,000 objects in a new cell, below 50 nanoseconds in the same one. Errors: ANT_USAGE. */
 ant_status ant_cursor_query(ant_cursor* cursor, const double eye[3], int* changed);
 
+/* What can be seen from somewhere in a range of views: every viewpoint of the closed box eye_min .. eye_max (equal for a
+ * single one), looking as a camera does along `direction` with `up` upward (neither need be normal or unit); the
+ * picture's height is 2 * tan_half_fov_y at distance 1, its width `aspect` times that. direction NULL: every way.
+ * The union over all cells that the range touches, less the objects whose stored bounds lie outside the frustum from
+ * every viewpoint (objects that are always visible stay); conservative in direction. A box that is partly outside the
+ * cells, or senseless numbers, see everything in the frustum, or every way. up NULL: the y axis.
+ * Cost: the cells touched, some hundred nanoseconds each, and some ten nanoseconds per visible object. Errors: ANT_USAGE. */
+ant_status ant_cursor_query_range(ant_cursor* cursor, const double eye_min[3], const double eye_max[3],
+                                  const double direction[3], const double up[3], double tan_half_fov_y, double aspect,
+                                  int* changed);
+
+/* Whether something moving within the box can be seen, by the cursor's last answer: `*visible` becomes 0 only if the file
+ * has occludee volumes, all that the box touches are hidden, and none of it is outside of them. Does not look at the
+ * frustum of a range. Errors: ANT_USAGE (also before the first query). Cost: a nanosecond per volume touched. */
+ant_status ant_cursor_sees_box(const ant_cursor* cursor, const double box_min[3], const double box_max[3],
+                               int* visible);
+
 typedef struct ant_answer {
-    int64_t cell;            /* number of the cell, -1: outside all of them */
-    ant_guarantee guarantee; /* of this answer: that of the file, or conservative if everything is visible */
+    int64_t cell;            /* number of the cell (in a file with a view tree: of the leaf), -1: outside all of
+                                them, -3: the answer comes from several, or was for a range */
+    ant_guarantee guarantee; /* of this answer: that of the file; but if everything is visible, or for a range
+                                of an exact file, conservative */
     int32_t everything;      /* 1: nothing is known here, so all objects are in the answer */
     uint32_t visible_count;
 } ant_answer;

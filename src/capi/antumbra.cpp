@@ -142,7 +142,7 @@ ant_status ant_pvs_open_file(const char* path, ant_pvs** pvs, char* error, size_
 void ant_pvs_close(ant_pvs* pvs) { delete pvs; }
 
 ant_status ant_pvs_describe(const ant_pvs* pvs, ant_pvs_info* info) {
-    // The first struct ever published had the fields up to visibility_bytes.
+    // The first struct ever published had the fields up to tree_nodes.
     if (!pvs || !info || info->struct_size < sizeof(ant_pvs_info))
         return ANT_USAGE;
     const antumbra::Pvs& source = pvs->pvs;
@@ -158,6 +158,8 @@ ant_status ant_pvs_describe(const ant_pvs* pvs, ant_pvs_info* info) {
     info->structure_fingerprint = source.structure_fingerprint();
     info->file_bytes = source.file_bytes();
     info->visibility_bytes = source.visibility_bytes();
+    info->volume_count = source.volumes().cells();
+    info->tree_nodes = source.tree().nodes.size();
     return ANT_OK;
 }
 
@@ -232,12 +234,38 @@ ant_status ant_cursor_query(ant_cursor* cursor, const double eye[3], int* change
     return ANT_OK;
 }
 
+ant_status ant_cursor_query_range(ant_cursor* cursor, const double eye_min[3], const double eye_max[3],
+                                  const double direction[3], const double up[3], double tan_half_fov_y, double aspect,
+                                  int* changed) {
+    if (!cursor || !eye_min || !eye_max)
+        return ANT_USAGE;
+    antumbra::Box3d eyes{vector(eye_min), vector(eye_max)};
+    antumbra::ViewRange range{eyes, true, {}};
+    if (direction)
+        range = antumbra::camera_range(eyes, vector(direction), up ? vector(up) : Vec3d{0, 1, 0}, tan_half_fov_y, aspect);
+    bool differs = cursor->pvs->query_range(range, cursor->cursor);
+    if (changed)
+        *changed = differs ? 1 : 0;
+    return ANT_OK;
+}
+
+ant_status ant_cursor_sees_box(const ant_cursor* cursor, const double box_min[3], const double box_max[3],
+                               int* visible) {
+    if (!has_answer(cursor) || !box_min || !box_max || !visible)
+        return ANT_USAGE;
+    *visible = cursor->pvs->is_box_visible({vector(box_min), vector(box_max)}, cursor->cursor) ? 1 : 0;
+    return ANT_OK;
+}
+
 ant_status ant_cursor_describe(const ant_cursor* cursor, ant_answer* answer) {
     if (!has_answer(cursor) || !answer)
         return ANT_USAGE;
     const antumbra::PvsCursor& source = cursor->cursor;
     answer->cell = source.cell;
-    answer->guarantee = source.everything ? ANT_CONSERVATIVE : static_cast<ant_guarantee>(cursor->pvs->guarantee());
+    auto guarantee = static_cast<ant_guarantee>(cursor->pvs->guarantee());
+    // A union over several cells, or bounds in place of geometry, is never exact.
+    bool is_loose = source.everything || (source.cell == -3 && guarantee == ANT_EXACT);
+    answer->guarantee = is_loose ? ANT_CONSERVATIVE : guarantee;
     answer->everything = source.everything ? 1 : 0;
     answer->visible_count = source.visible_count;
     return ANT_OK;

@@ -108,6 +108,44 @@ int check_queries(const ant_pvs* pvs) {
     return 0;
 }
 
+/* Objects 0 and 1 are at the origin of the file, (10,0,0), without extent; the door is the box (11,0,0)..(12,1,1). Two
+ * volumes: [0,1.5] and [1.5,3] along x; the first cell sees the first, the second cell the second. */
+int check_ranges(const ant_pvs* pvs) {
+    ant_cursor* cursor;
+    ant_answer answer;
+    ant_pvs_info info;
+    uint32_t ids[3];
+    size_t count;
+    int changed, visible;
+    const double low[3] = {0.5, 0.5, 0.5}, high[3] = {1.5, 0.5, 0.5}, second[3] = {1.25, 0.5, 0.5};
+    const double to_door[3] = {1, 0, 0}, away[3] = {-1, 0, 0}, up[3] = {0, 0, 1};
+    const double left_min[3] = {0.1, 0.1, 0.1}, left_max[3] = {0.2, 0.2, 0.2}, far_max[3] = {9, 9, 9};
+    info.struct_size = sizeof info;
+    CHECK(ant_pvs_describe(pvs, &info) == ANT_OK && info.volume_count == 2 && info.tree_nodes == 0);
+    CHECK(ant_cursor_create(pvs, &cursor) == ANT_OK);
+    CHECK(ant_cursor_sees_box(cursor, left_min, left_max, &visible) == ANT_USAGE); /* nothing asked yet */
+    CHECK(ant_cursor_query_range(cursor, low, high, NULL, NULL, 0, 0, &changed) == ANT_OK && changed == 1);
+    CHECK(ant_cursor_describe(cursor, &answer) == ANT_OK && answer.cell == -3 && answer.visible_count == 2);
+    CHECK(answer.guarantee == ANT_CONSERVATIVE && !answer.everything);
+    CHECK(ant_cursor_sees_box(cursor, left_min, left_max, &visible) == ANT_OK && visible == 1);
+    CHECK(ant_cursor_query(cursor, second, NULL) == ANT_OK);
+    CHECK(ant_cursor_sees_box(cursor, left_min, left_max, &visible) == ANT_OK && visible == 0);
+    CHECK(ant_cursor_sees_box(cursor, left_min, far_max, &visible) == ANT_OK && visible == 1);
+    CHECK(ant_cursor_query_range(cursor, second, second, to_door, up, 0.1, 1, NULL) == ANT_OK);
+    CHECK(ant_cursor_read_ids(cursor, ids, 3, &count) == ANT_OK && count == 2 && ids[0] == 0 && ids[1] == 2);
+    CHECK(ant_cursor_query_range(cursor, second, second, away, NULL, 0.1, 1, &changed) == ANT_OK && changed == 1);
+    CHECK(ant_cursor_read_ids(cursor, ids, 3, &count) == ANT_OK && count == 0);
+    CHECK(ant_cursor_query_range(NULL, low, high, NULL, NULL, 0, 0, NULL) == ANT_USAGE);
+    CHECK(ant_cursor_query_range(cursor, NULL, high, NULL, NULL, 0, 0, NULL) == ANT_USAGE);
+    CHECK(ant_cursor_query_range(cursor, low, NULL, NULL, NULL, 0, 0, NULL) == ANT_USAGE);
+    CHECK(ant_cursor_sees_box(NULL, low, high, &visible) == ANT_USAGE);
+    CHECK(ant_cursor_sees_box(cursor, NULL, high, &visible) == ANT_USAGE);
+    CHECK(ant_cursor_sees_box(cursor, low, NULL, &visible) == ANT_USAGE);
+    CHECK(ant_cursor_sees_box(cursor, low, high, NULL) == ANT_USAGE);
+    ant_cursor_destroy(cursor);
+    return 0;
+}
+
 /* Every pointer NULL in turn, every index out of range: ANT_USAGE, never a crash. */
 int check_misuse(const ant_pvs* pvs) {
     ant_pvs* other = (ant_pvs*)1;

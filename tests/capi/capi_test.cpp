@@ -16,6 +16,7 @@ int check_description(const ant_pvs* pvs);
 int check_texts(const ant_pvs* pvs);
 int check_objects_and_cells(const ant_pvs* pvs);
 int check_queries(const ant_pvs* pvs);
+int check_ranges(const ant_pvs* pvs);
 int check_misuse(const ant_pvs* pvs);
 }
 
@@ -33,10 +34,13 @@ antumbra::PvsData data_of_the_c_test() {
     data.sides = 1;
     data.origin = {10, 0, 0};
     data.objects.resize(3);
+    for (antumbra::PvsObject& object : data.objects)
+        object.bounds = {{0, 0.5, 0.5}, {0, 0.5, 0.5}};
     data.objects[2] = {7, 1, -1, ANT_OBJECT_OCCLUDES, 12, {{1, 0, 0}, {2, 1, 1}}, "door"};
     data.grid = {{{0, 0, 0}, {3, 1, 1}}, {3, 1, 1}};
+    data.volumes = {{{0, 0, 0}, {3, 1, 1}}, {2, 1, 1}};
     data.row_count = 2;
-    data.rows = {1, 5};
+    data.rows = {1 | 1 << 3, 5 | 2 << 3};
     data.cell_row = {0, 1, antumbra::kCellNotBaked};
     return data;
 }
@@ -60,6 +64,7 @@ TEST_F(CInterface, Description) { EXPECT_EQ(check_description(pvs_), 0) << "line
 TEST_F(CInterface, Texts) { EXPECT_EQ(check_texts(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, ObjectsAndCells) { EXPECT_EQ(check_objects_and_cells(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, Queries) { EXPECT_EQ(check_queries(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, Ranges) { EXPECT_EQ(check_ranges(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, MisuseIsAnswered) { EXPECT_EQ(check_misuse(pvs_), 0) << "line of antumbra_test.c"; }
 
 TEST_F(CInterface, OpensAFileOfTheDisk) {
