@@ -1,6 +1,6 @@
 // Any bytes, opened as a .pvs file: refused, or answered safely. The mutator makes the checksums right again, so that
 // the fuzzer reaches what lies behind them; without a corpus it starts from small valid files.
-#include "../tests/pvs/random_pvs.hpp"
+#include "../tests/pvs/random_tree.hpp"
 #include "../tests/pvs/reseal.hpp"
 
 #include <antumbra/pvs.hpp>
@@ -31,7 +31,9 @@ void mutate_one_chunk(std::span<std::byte> file, Random& random) {
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
     Random random(seed);
     if (size < kHeaderBytes) {
-        std::vector<std::byte> file = *encode_pvs(test::random_pvs(random.below(1000), 60));
+        std::uint32_t which = random.below(1000);
+        PvsData start = which % 2 ? test::random_pvs(which, 60) : test::random_pvs_tree(which, 60);
+        std::vector<std::byte> file = *encode_pvs(start, PvsCoding(1 + which % 6));
         size = std::min(file.size(), most);
         std::memcpy(data, file.data(), size);
     }
@@ -58,6 +60,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         (void)pvs->query(eye, cursor);
         // The centre of a cell lies in it unless cells are thinner than numbers can tell.
         if (cursor.visible_count > pvs->object_count() || cursor.cell < 0 || cursor.cell >= std::int64_t(cells))
+            std::abort();
+    }
+    Box3d bounds = pvs->tree().nodes.empty() ? pvs->grid().bounds : pvs->tree().bounds;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d eye = bounds.corner(corner);
+        (void)pvs->query(eye, cursor);
+        (void)pvs->query_range(camera_range({eye, eye}, bounds.centre() - eye, {0.1, 1, 0.2}, 0.5, 1.5), cursor);
+        (void)pvs->is_box_visible({eye, eye}, cursor);
+        if (cursor.visible_count > pvs->object_count())
             std::abort();
     }
     return 0;

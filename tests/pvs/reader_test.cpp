@@ -1,7 +1,7 @@
 // The page docs/format.md is enough: a reader written from it alone agrees with ours, and a file of the first version
 // opens for ever.
 #include "base/file.hpp"
-#include "pvs/random_pvs.hpp"
+#include "pvs/random_tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,15 +13,29 @@
 namespace antumbra {
 namespace {
 
-/// What read_pvs.py prints for a cell or an eye.
-std::string row_text(const Pvs& pvs, const PvsCursor& cursor) {
+/// What read_pvs.py prints for a row, or for what a cursor sees.
+std::string bits_text(std::span<const std::uint64_t> words, std::size_t bits, std::size_t first = 0) {
+    std::string text;
+    for (std::size_t o = 0; o < bits; ++o)
+        if (words[o / 64] >> (o % 64) & 1)
+            text += (text.empty() ? "" : " ") + std::to_string(first + o);
+    return text;
+}
+
+std::string row_text(const Pvs& pvs, std::uint32_t row) {
+    std::vector<std::uint64_t> words(pvs.words_per_row());
+    if (row >= kCellSolid)
+        return "everything";
+    pvs.decode_row(row, words);
+    return bits_text(words, pvs.bits_per_row());
+}
+
+std::string answer_text(const Pvs& pvs, const PvsCursor& cursor) {
     if (cursor.everything)
         return "everything";
-    std::string text;
-    for (std::uint32_t o = 0; o < pvs.object_count(); ++o)
-        if (cursor.visible[o / 64] >> (o % 64) & 1)
-            text += (text.empty() ? "" : " ") + std::to_string(o);
-    return text;
+    std::string objects = bits_text(cursor.visible, pvs.object_count());
+    std::string volumes = bits_text(cursor.volumes, std::size_t(pvs.volumes().cells()), pvs.object_count());
+    return objects + (objects.empty() || volumes.empty() ? "" : " ") + volumes;
 }
 
 std::string run(const std::string& command) {
@@ -36,24 +50,28 @@ std::string run(const std::string& command) {
 
 TEST(PvsFormatPage, AReaderWrittenFromThePageAgrees) {
     std::string path = testing::TempDir() + "reader_test" + std::to_string(::getpid()) + ".pvs";
-    for (std::uint64_t seed = 0; seed < 5; ++seed) {
-        PvsData data = test::random_pvs(seed, 400);
-        std::vector<std::byte> bytes = *encode_pvs(data);
+    // Every coding, over grids and over view trees.
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        PvsData data = seed < 6 ? test::random_pvs(seed, 200) : test::random_pvs_tree(seed, 200);
+        std::vector<std::byte> bytes = *encode_pvs(data, PvsCoding(1 + seed % 6));
         ASSERT_TRUE(write_file_atomically(path, bytes));
         Pvs pvs = *Pvs::open(bytes);
         PvsCursor cursor;
         std::string expected, eyes;
-        for (std::uint64_t c = 0; c < data.grid.cells(); ++c) {
-            (void)pvs.query(data.grid.cell(c).centre(), cursor);
-            expected += "cell " + std::to_string(c) + ": " + row_text(pvs, cursor) + "\n";
-        }
-        for (std::uint64_t c = 0; c < data.grid.cells(); c += 3) {
+        std::uint64_t cells = 0;
+        for (; cells < data.grid.cells(); ++cells)
+            expected += "cell " + std::to_string(cells) + ": " + row_text(pvs, pvs.cell_row(cells)) + "\n";
+        for (const ViewNode& node : pvs.tree().nodes)
+            if (node.axis == ViewNode::kLeaf)
+                expected += "cell " + std::to_string(cells++) + ": " + row_text(pvs, node.link) + "\n";
+        CellGrid grid = data.tree.nodes.empty() ? data.grid : CellGrid{data.tree.bounds, {4, 4, 4}};
+        for (std::uint64_t c = 0; c < grid.cells(); c += 3) {
             // Corners are on common faces: both readers must choose the same cell.
-            Vec3d eye = c == 3 ? Vec3d{1e30, 0, 0} : data.grid.cell(c).corner(int(c % 8));
+            Vec3d eye = c == 3 ? Vec3d{1e30, 0, 0} : grid.cell(c).corner(int(c % 8));
             char text[100];
             std::snprintf(text, sizeof text, "%.17g,%.17g,%.17g", eye.x, eye.y, eye.z);
             (void)pvs.query(eye, cursor);
-            expected += "eye " + std::string(text) + ": " + row_text(pvs, cursor) + "\n";
+            expected += "eye " + std::string(text) + ": " + answer_text(pvs, cursor) + "\n";
             eyes += " ' " + std::string(text) + "'";
         }
         std::string output = run("python3 '" ANTUMBRA_SOURCE_DIR "/tests/pvs/read_pvs.py' '" + path + "'" + eyes);
