@@ -15,6 +15,7 @@ namespace {
 constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
 constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that is used
 constexpr std::uint32_t kStepsPerFrame = 32; ///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kStepsAtOnce = 4096;  ///< at first and after a jump
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
 constexpr double kStep = 0.002;              ///< who moves less keeps the occluders found
 constexpr std::uint8_t kNoSlot = 0xFF;
@@ -28,6 +29,7 @@ struct Entry {
 struct State final : ViewState::Storage {
     OccluderSearch search;
     bool fresh = true;
+    bool partial = false;                  ///< the first search from here is still under way
     Vec3d searched_from;                   ///< where the search under way began
     std::vector<std::uint32_t> candidates; ///< groups in view, best first
     std::vector<Shadow> shadows;
@@ -67,7 +69,7 @@ class Planes final : public Culler {
     }
 
   private:
-    /// Keeps the list of candidates current: a bounded part of a search per frame, all of it at first and after jumps.
+    /// Keeps the list of candidates current: a bounded part of a search per frame, more of it at first and after jumps.
     void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
         const CullScene::Data& scene = scene_.data();
         std::uint32_t wanted = occluders_ * kSpare;
@@ -88,11 +90,14 @@ class Planes final : public Culler {
             state.search.begin(scene.occluder_tree, camera.eye, wanted);
             state.searched_from = camera.eye;
         }
+        state.partial = search_all || (state.partial && state.search.running());
         if (state.search.running())
-            state.search.advance(scene.occluder_tree, search_all ? 0xFFFFFFFFu : kStepsPerFrame, score_of);
+            state.search.advance(scene.occluder_tree, search_all ? kStepsAtOnce : state.partial ? 16 * kStepsPerFrame : kStepsPerFrame, score_of);
+        // What was found from elsewhere is of no use; better few that fit.
+        const std::vector<std::uint32_t>& found = state.partial ? state.search.found_so_far() : state.search.found();
         // The search found them in the order of what they promise.
         state.candidates.clear();
-        for (std::uint32_t group : state.search.found()) {
+        for (std::uint32_t group : found) {
             if (state.candidates.size() >= occluders_ + occluders_ / 4)
                 break;
             if (is_in_view(scene.groups.groups[group].box, planes))

@@ -34,6 +34,8 @@ class OccluderSearch {
     template <class Score>
     bool advance(const OccluderTree& tree, std::uint32_t steps, Score&& score);
     const std::vector<std::uint32_t>& found() const { return found_; }
+    /// The best of the search under way, so far: they are found best first.
+    const std::vector<std::uint32_t>& found_so_far() const { return running_ ? finding_ : found_; }
     bool running() const { return running_; }
 
   private:
