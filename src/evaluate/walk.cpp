@@ -11,6 +11,7 @@
 #include <array>
 #include <bit>
 #include <chrono>
+#include <sys/resource.h>
 
 namespace antumbra {
 namespace {
@@ -86,6 +87,19 @@ double fastest(const std::vector<double>& milliseconds) {
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
+
+/// How often this thread had to give way to other work so far; 0 where the system does not tell.
+long interruptions() {
+#ifdef RUSAGE_THREAD
+    rusage usage{};
+    if (::getrusage(RUSAGE_THREAD, &usage) == 0)
+        return usage.ru_nivcsw;
+#endif
+    return 0;
+}
+
+/// More than that many interruptions a second are no background noise.
+constexpr double kBusy = 10;
 
 class Walk {
   public:
@@ -248,6 +262,8 @@ class Walk {
         }
         Bits nothing((scene_.objects().size() + 63) / 64, 0);
         timings_.resize(path_.size());
+        auto start = std::chrono::steady_clock::now();
+        long interruptions_before = interruptions();
         for (std::uint32_t pass = 0; pass < options_.repeat; ++pass) {
             for (Method& method : methods_)
                 method.state = {}; // each walk starts cold, so that all do the same work
@@ -259,6 +275,13 @@ class Walk {
                     job_.progress({"timing", pass * path_.size() + f + 1, options_.repeat * path_.size(), "frames"});
             }
         }
+        double seconds = milliseconds_since(start) * 1e-3;
+        double rate = double(interruptions() - interruptions_before) / std::max(seconds, 1e-3);
+        if (rate > kBusy)
+            result_.notes.push_back("The machine was busy: the timed walks were interrupted " +
+                                    std::to_string(long(rate)) +
+                                    " times a second. Time again on an idle machine before quoting times or speed-ups; "
+                                    "what was culled and what was lost is not affected");
         return {};
     }
 
