@@ -1,9 +1,13 @@
 // Whole cells: against rays, against brute force, and with answers known by construction.
 #include "bake/exact/cell.hpp"
 
+#include "bake/exact/proof.hpp"
 #include "base/random.hpp"
 
 #include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
 
 namespace antumbra::exact {
 namespace {
@@ -320,6 +324,55 @@ TEST(Cell, TheAnswerDependsNeitherOnWhatWasKnownNorOnVirtualOccludersNorOnTheSee
             EXPECT_EQ(visible, first) << seed << " " << variant;
         }
     }
+}
+
+/// ANTUMBRA_SOAK=SECONDS: random scenes, three forms of the solver against each other, each triangle's proof checked.
+TEST(Cell, Soak) {
+    const char* seconds = std::getenv("ANTUMBRA_SOAK");
+    if (!seconds)
+        GTEST_SKIP() << "set ANTUMBRA_SOAK to a number of seconds";
+    auto start = std::chrono::steady_clock::now();
+    auto seed = static_cast<std::uint64_t>(start.time_since_epoch().count());
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+    std::uint64_t scenes = 0, hidden = 0, visible_count = 0, patches = 0, trees = 0, nodes = 0, rejected = 0;
+    while (std::chrono::steady_clock::now() - start < std::chrono::seconds(std::atoi(seconds))) {
+        Scene scene = random_scene(seed + scenes, 20 + static_cast<int>((seed + scenes) % 60));
+        SceneTree tree = SceneTree::build(scene);
+        Tracer tracer = Tracer::build(scene);
+        GridBox cell = grid_box(tree, {-2, -3, -1}, {1, 0, 2});
+        std::vector<std::uint64_t> first;
+        for (int variant = 0; variant < 3; ++variant) {
+            CellOptions options;
+            options.patches = variant != 1;
+            options.virtual_occluders = variant != 2;
+            options.seed = static_cast<std::uint64_t>(variant);
+            CellSolver solver(tree, tracer, options);
+            std::vector<std::uint64_t> visible((scene.objects().size() + 63) / 64, 0);
+            CellCounters counters;
+            solver.solve(cell, visible, counters);
+            if (variant == 0)
+                first = visible;
+            ASSERT_EQ(visible, first) << "scene " << seed + scenes << " variant " << variant;
+            ASSERT_EQ(counters.undecided, 0u);
+            patches += counters.query.patches_proved;
+        }
+        Prover prover(tree);
+        auto object = static_cast<std::uint32_t>((seed + 7 * scenes) % scene.objects().size());
+        PairProof proof = prover.prove(cell, object);
+        ASSERT_EQ(proof.answer == Answer::visible, sees(first, object)) << "scene " << seed + scenes;
+        rejected += !verify_proof(tree, proof).ok();
+        ASSERT_EQ(rejected, 0u) << "scene " << seed + scenes;
+        trees += proof.parts.size();
+        for (const HiddenPart& part : proof.parts)
+            nodes += part.tree.nodes.size();
+        for (std::uint32_t o = 0; o < scene.objects().size(); ++o)
+            ++(sees(first, o) ? visible_count : hidden);
+        ++scenes;
+    }
+    std::printf("scenes %llu objects visible %llu hidden %llu, patches %llu, trees verified %llu of %llu nodes, rejected %llu\n",
+                (unsigned long long)scenes, (unsigned long long)visible_count, (unsigned long long)hidden,
+                (unsigned long long)patches, (unsigned long long)trees, (unsigned long long)nodes,
+                (unsigned long long)rejected);
 }
 
 TEST(Cell, ALargerCellSeesNoLess) {
