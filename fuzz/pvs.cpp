@@ -1,7 +1,7 @@
 // Any bytes, opened as a .pvs file: refused, or answered safely. The mutator makes the checksums right again, so that
 // the fuzzer reaches what lies behind them; without a corpus it starts from small valid files.
-#include "../tests/pvs/random_tree.hpp"
-#include "../tests/pvs/reseal.hpp"
+#include "pvs/random_tree.hpp"
+#include "pvs/reseal.hpp"
 
 #include <antumbra/pvs.hpp>
 
