@@ -1,4 +1,5 @@
 // glTF 2.0 to RawScene: container, document, hierarchy, then one object per (node, primitive, instance).
+#include "import/draco_mesh.hpp"
 #include "import/findings.hpp"
 #include "import/gltf_accessors.hpp"
 #include "import/gltf_nodes.hpp"
@@ -56,8 +57,8 @@ bool add_product(std::uint64_t& total, std::uint64_t a, std::uint64_t b, std::ui
 
 class Assembler {
   public:
-    Assembler(const Document& document, Accessors& accessors, const ImportLimits& limits)
-        : document_(document), accessors_(accessors), limits_(limits) {}
+    Assembler(const Document& document, Buffers& buffers, Accessors& accessors, const ImportLimits& limits)
+        : document_(document), buffers_(buffers), accessors_(accessors), limits_(limits) {}
 
     Result<RawScene> assemble(const std::vector<PlacedNode>& placed) {
         if (Status status = count(placed); !status)
@@ -122,7 +123,7 @@ class Assembler {
         std::uint64_t corners = part.primitive.indices < 0 ? positions : accessor_count(part.primitive.indices);
         part.triangles = triangle_count(part.primitive.mode, corners);
         // Vertices that no triangle uses are not taken over: many primitives may share one long accessor.
-        part.vertices = std::min(positions, corners);
+        part.vertices = part.primitive.draco_view < 0 ? std::min(positions, corners) : positions;
         if (!part.node.instanced)
             return {};
         part.instances = 0;
@@ -233,6 +234,8 @@ class Assembler {
     /// Appends the primitive's vertices and triangles in the node's coordinates.
     Status decode(const Part& part, std::vector<Vec3d>& positions, std::vector<TriangleIndices>& triangles) {
         const Primitive& primitive = part.primitive;
+        if (primitive.draco_view >= 0)
+            return decode_draco_part(part, positions, triangles).in(place_of(part) + ".KHR_draco_mesh_compression");
         Result<Elements> points = accessors_.points(primitive.position);
         if (!points)
             return points.status().in(place_of(part));
@@ -258,6 +261,15 @@ class Assembler {
             triangles.push_back(triangle);
         }
         return {};
+    }
+
+    Status decode_draco_part(const Part& part, std::vector<Vec3d>& positions,
+                             std::vector<TriangleIndices>& triangles) {
+        Result<std::span<const std::byte>> bytes = buffers_.view(part.primitive.draco_view);
+        if (!bytes)
+            return bytes.status();
+        const Accessor& accessor = document_.accessors[static_cast<std::size_t>(part.primitive.position)];
+        return decode_draco(*bytes, part.primitive.draco_position, accessor, part.triangles, positions, triangles);
     }
 
     static Status append_all(const Elements& points, std::vector<Vec3d>& positions) {
@@ -365,6 +377,7 @@ class Assembler {
     }
 
     const Document& document_;
+    Buffers& buffers_;
     Accessors& accessors_;
     const ImportLimits& limits_;
     RawScene raw_;
@@ -395,9 +408,9 @@ Result<RawScene> import(std::span<const std::byte> bytes, const std::string& fol
     Result<std::vector<PlacedNode>> placed = place_nodes(*document, root, options.limits.node_depth);
     if (!placed)
         return placed.status();
-    Buffers buffers(*document, *container, folder, options.limits.bytes - bytes.size());
+    Buffers buffers(*document, *container, folder, options.limits.bytes - bytes.size(), options.limits.memory);
     Accessors accessors(*document, buffers, bytes.size());
-    return Assembler(*document, accessors, options.limits).assemble(*placed);
+    return Assembler(*document, buffers, accessors, options.limits).assemble(*placed);
 }
 
 } // namespace

@@ -171,25 +171,35 @@ Result<std::vector<double>> Accessors::tuples(std::int32_t index, std::uint8_t c
     return values;
 }
 
+double integer_value(ComponentType type, bool normalized, double value) {
+    if (!normalized)
+        return value;
+    switch (type) {
+    case ComponentType::i8:
+        return std::max(value / 127, -1.0);
+    case ComponentType::u8:
+        return value / 255;
+    case ComponentType::i16:
+        return std::max(value / 32767, -1.0);
+    case ComponentType::u16:
+        return value / 65535;
+    default:
+        return value;
+    }
+}
+
 double component(const Elements& elements, const std::byte* element, std::uint32_t c) {
     const std::byte* at = element + std::size_t(c) * size_of(elements.type);
+    auto integer = [&](double value) { return integer_value(elements.type, elements.normalized, value); };
     switch (elements.type) {
-    case ComponentType::i8: {
-        double value = load<std::int8_t>(at);
-        return elements.normalized ? std::max(value / 127, -1.0) : value;
-    }
-    case ComponentType::u8: {
-        double value = load<std::uint8_t>(at);
-        return elements.normalized ? value / 255 : value;
-    }
-    case ComponentType::i16: {
-        double value = load<std::int16_t>(at);
-        return elements.normalized ? std::max(value / 32767, -1.0) : value;
-    }
-    case ComponentType::u16: {
-        double value = load<std::uint16_t>(at);
-        return elements.normalized ? value / 65535 : value;
-    }
+    case ComponentType::i8:
+        return integer(load<std::int8_t>(at));
+    case ComponentType::u8:
+        return integer(load<std::uint8_t>(at));
+    case ComponentType::i16:
+        return integer(load<std::int16_t>(at));
+    case ComponentType::u16:
+        return integer(load<std::uint16_t>(at));
     case ComponentType::u32:
         return load<std::uint32_t>(at);
     case ComponentType::f32:

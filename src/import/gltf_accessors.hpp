@@ -51,6 +51,9 @@ class Accessors {
 /// Component `c` of one element: integers as they are, or mapped to [0, 1] and [-1, 1] if normalised.
 double component(const Elements& elements, const std::byte* element, std::uint32_t c);
 
+/// The value of an integer of this type: as it is, or mapped to [0, 1] or [-1, 1] if normalised.
+double integer_value(ComponentType type, bool normalized, double value);
+
 /// One point; ErrorCode::corrupt if it is not finite.
 Status read_point(const Elements& elements, std::uint64_t i, Vec3d& point);
 /// All points, to `points[0 .. count)`.

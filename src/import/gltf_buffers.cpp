@@ -1,7 +1,9 @@
 #include "import/gltf_buffers.hpp"
 
+#include "import/meshopt.hpp"
 #include "import/uri.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace antumbra::gltf {
@@ -63,9 +65,10 @@ Result<Container> open_container(std::span<const std::byte> bytes) {
     return Container{bytes, {}, false};
 }
 
-Buffers::Buffers(const Document& document, const Container& container, std::string folder, std::uint64_t max_bytes)
+Buffers::Buffers(const Document& document, const Container& container, std::string folder, std::uint64_t max_bytes,
+                 std::uint64_t max_memory)
     : document_(document), container_(container), folder_(std::move(folder)), bytes_left_(max_bytes),
-      loaded_(document.buffers.size()) {}
+      memory_left_(max_memory), loaded_(document.buffers.size()) {}
 
 Status Buffers::load_external(std::size_t buffer, Loaded& loaded) {
     const std::string& uri = document_.buffers[buffer].uri;
@@ -115,20 +118,43 @@ Status Buffers::load(std::size_t buffer) {
     return {};
 }
 
-Result<std::span<const std::byte>> Buffers::view(std::int32_t index) {
-    const BufferView& view = document_.views[static_cast<std::size_t>(index)];
-    std::size_t buffer = static_cast<std::size_t>(view.buffer);
+Result<std::span<const std::byte>> Buffers::range(std::int32_t index, std::uint64_t offset, std::uint64_t bytes) {
+    std::size_t buffer = static_cast<std::size_t>(index);
     if (Status status = load(buffer); !status)
         return status;
     std::uint64_t size = loaded_[buffer].bytes.size();
     // In this order nothing can wrap.
-    if (view.offset > size || view.bytes > size - view.offset)
-        return Status(ErrorCode::corrupt, "bufferViews[" + std::to_string(index) + "]: bytes " +
-                                              std::to_string(view.offset) + " and the next " +
-                                              std::to_string(view.bytes) + " reach beyond the buffer's " +
+    if (offset > size || bytes > size - offset)
+        return Status(ErrorCode::corrupt, "bytes " + std::to_string(offset) + " and the next " +
+                                              std::to_string(bytes) + " reach beyond the buffer's " +
                                               std::to_string(size));
-    return loaded_[buffer].bytes.subspan(static_cast<std::size_t>(view.offset),
-                                         static_cast<std::size_t>(view.bytes));
+    return loaded_[buffer].bytes.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
+}
+
+Result<std::span<const std::byte>> Buffers::decoded(std::int32_t index) {
+    const BufferView& view = document_.views[static_cast<std::size_t>(index)];
+    auto [found, is_new] = decoded_.try_emplace(index);
+    if (!is_new)
+        return std::span<const std::byte>(found->second);
+    Result<std::span<const std::byte>> packed =
+        range(view.meshopt.buffer, view.meshopt.offset, view.meshopt.bytes);
+    if (!packed)
+        return packed.status();
+    Result<std::vector<std::byte>> bytes = decode_meshopt(view.meshopt, *packed, std::min(view.bytes, memory_left_));
+    if (!bytes)
+        return bytes.status();
+    memory_left_ -= bytes->size();
+    found->second = std::move(*bytes);
+    return std::span<const std::byte>(found->second);
+}
+
+Result<std::span<const std::byte>> Buffers::view(std::int32_t index) {
+    const BufferView& view = document_.views[static_cast<std::size_t>(index)];
+    Result<std::span<const std::byte>> bytes =
+        view.meshopt.used ? decoded(index) : range(view.buffer, view.offset, view.bytes);
+    if (!bytes)
+        return bytes.status().in("bufferViews[" + std::to_string(index) + "]");
+    return bytes;
 }
 
 } // namespace antumbra::gltf

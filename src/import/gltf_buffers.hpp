@@ -5,6 +5,7 @@
 
 #include "base/file.hpp"
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,9 +24,11 @@ Result<Container> open_container(std::span<const std::byte> bytes);
 /// that those that geometry does not need may be missing. Refers to the document; not thread-safe.
 class Buffers {
   public:
-    Buffers(const Document& document, const Container& container, std::string folder, std::uint64_t max_bytes);
+    /// `max_bytes` of further files are read, and at most `max_memory` bytes are decoded.
+    Buffers(const Document& document, const Container& container, std::string folder, std::uint64_t max_bytes,
+            std::uint64_t max_memory);
 
-    /// All bytes of a buffer view; its length as the JSON says.
+    /// All bytes of a buffer view, decoded if it is compressed; its length as the JSON says. Valid as long as this.
     Result<std::span<const std::byte>> view(std::int32_t view);
 
   private:
@@ -36,13 +39,17 @@ class Buffers {
         bool ready = false;
     };
     Status load(std::size_t buffer);
+    Result<std::span<const std::byte>> range(std::int32_t buffer, std::uint64_t offset, std::uint64_t bytes);
+    Result<std::span<const std::byte>> decoded(std::int32_t view);
     Status load_external(std::size_t buffer, Loaded& loaded);
 
     const Document& document_;
     Container container_;
     std::string folder_;
     std::uint64_t bytes_left_;
+    std::uint64_t memory_left_;
     std::vector<Loaded> loaded_;
+    std::map<std::int32_t, std::vector<std::byte>> decoded_; // by view
 };
 
 } // namespace antumbra::gltf

@@ -235,7 +235,7 @@ Result<std::vector<CameraFrame>> sample_camera(std::span<const std::byte> bytes,
     Result<std::vector<PlacedNode>> placed = place_nodes(*document, {}, ImportLimits().node_depth);
     if (!placed)
         return placed.status();
-    Buffers buffers(*document, *container, folder, options.bytes - bytes.size());
+    Buffers buffers(*document, *container, folder, options.bytes - bytes.size(), options.bytes);
     Accessors accessors(*document, buffers, bytes.size());
     for (const PlacedNode& place : *placed) {
         const Node& node = document->nodes[static_cast<std::size_t>(place.node)];

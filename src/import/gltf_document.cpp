@@ -7,7 +7,8 @@ namespace {
 
 /// Extensions that a file may require of us: we implement those that shape geometry; the others do not touch it.
 constexpr const char* kUnderstood[] = {
-    "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_animation_pointer",
+    "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression", "KHR_node_visibility", "KHR_animation_pointer",
     "KHR_materials_variants", "KHR_materials_transmission", "KHR_materials_volume",
     "KHR_materials_diffuse_transmission", "KHR_materials_unlit", "KHR_materials_clearcoat",
     "KHR_materials_sheen", "KHR_materials_specular", "KHR_materials_ior", "KHR_materials_iridescence",
@@ -125,7 +126,32 @@ class Reader {
             view.offset = object.number("byteOffset", 0);
             view.bytes = object.required_number("byteLength");
             view.stride = static_cast<std::uint32_t>(object.number("byteStride", 0, 1u << 16));
+            JsonObject extensions = object.object("extensions");
+            for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+                if (extensions.has(name))
+                    read_meshopt(extensions.object(name), view.meshopt);
         });
+    }
+
+    void read_meshopt(const JsonObject& object, Meshopt& meshopt) {
+        meshopt.used = true;
+        meshopt.buffer = object.required_index("buffer", document_.buffers.size());
+        meshopt.offset = object.number("byteOffset", 0);
+        meshopt.bytes = object.required_number("byteLength");
+        meshopt.count = object.required_number("count", UINT32_MAX);
+        meshopt.stride = object.required_number("byteStride", 256);
+        std::string mode = object.text("mode"), filter = object.text("filter");
+        meshopt.mode = mode == "TRIANGLES" ? MeshoptMode::triangles
+                       : mode == "INDICES" ? MeshoptMode::indices
+                                           : MeshoptMode::attributes;
+        meshopt.filter = filter == "OCTAHEDRAL"    ? MeshoptFilter::octahedral
+                         : filter == "QUATERNION"  ? MeshoptFilter::quaternion
+                         : filter == "EXPONENTIAL" ? MeshoptFilter::exponential
+                                                   : MeshoptFilter::none;
+        if (meshopt.mode == MeshoptMode::attributes && mode != "ATTRIBUTES")
+            object.fail(ErrorCode::unsupported, "mode", "'" + mode.substr(0, 40) + "' is not read");
+        if (meshopt.filter == MeshoptFilter::none && !filter.empty() && filter != "NONE")
+            object.fail(ErrorCode::unsupported, "filter", "'" + filter.substr(0, 40) + "' is not read");
     }
 
     void read_accessors() {
@@ -190,11 +216,25 @@ class Reader {
         primitive.mode = static_cast<std::uint32_t>(object.number("mode", 4, 6));
         primitive.morphed = object.size_of("targets") > 0;
         JsonObject extensions = object.object("extensions");
+        if (extensions.has("KHR_draco_mesh_compression"))
+            read_draco(object, extensions.object("KHR_draco_mesh_compression"), primitive);
         extensions.object("KHR_materials_variants")
             .for_each_object("mappings", [&](const JsonObject& mapping, std::size_t) {
                 primitive.variant_materials.push_back(
                     mapping.required_index("material", document_.materials.size()));
             });
+    }
+
+    /// Files that do not require the extension carry plain accessors, too; those are preferred.
+    void read_draco(const JsonObject& owner, const JsonObject& object, Primitive& primitive) {
+        if (primitive.position < 0 ||
+            document_.accessors[static_cast<std::size_t>(primitive.position)].view >= 0)
+            return;
+        primitive.draco_view = object.required_index("bufferView", document_.views.size());
+        primitive.draco_position =
+            static_cast<std::uint32_t>(object.object("attributes").required_number("POSITION", UINT32_MAX));
+        if (primitive.mode != 4 || primitive.indices < 0)
+            owner.fail(ErrorCode::unsupported, "", "Draco is read for indexed triangle lists only");
     }
 
     void read_cameras() {

@@ -22,10 +22,24 @@ struct Buffer {
     std::uint64_t bytes = 0;
 };
 
+enum class MeshoptMode : std::uint8_t { attributes, triangles, indices };
+enum class MeshoptFilter : std::uint8_t { none, octahedral, quaternion, exponential };
+
+/// EXT_meshopt_compression: the view's bytes are `count` elements of `stride` bytes, to be decoded from a range of
+/// another buffer.
+struct Meshopt {
+    bool used = false;
+    std::int32_t buffer = -1;
+    std::uint64_t offset = 0, bytes = 0, count = 0, stride = 0;
+    MeshoptMode mode = MeshoptMode::attributes;
+    MeshoptFilter filter = MeshoptFilter::none;
+};
+
 struct BufferView {
     std::int32_t buffer = -1;
     std::uint64_t offset = 0, bytes = 0;
     std::uint32_t stride = 0; ///< 0: elements follow each other
+    Meshopt meshopt;
 };
 
 struct Sparse {
@@ -63,6 +77,8 @@ struct Primitive {
     std::uint32_t mode = 4;
     bool morphed = false;
     std::vector<std::int32_t> variant_materials; ///< KHR_materials_variants
+    std::int32_t draco_view = -1;                ///< KHR_draco_mesh_compression; -1: plain accessors
+    std::uint32_t draco_position = 0;            ///< id of the positions within the Draco stream
 };
 
 struct Mesh {
