@@ -21,6 +21,7 @@ enum class UpAxis : std::uint8_t { y, z };
 struct ImportOptions {
     ImportLimits limits;
     UpAxis up_axis = UpAxis::y; ///< z: (x, y, z) of the file becomes (x, z, -y)
+    std::uint32_t patch_levels = 4; ///< quads along each side of a Quake III patch of 3 x 3 points, 1..32
 };
 
 /// Reads by the file's ending: .glb, .gltf, .obj.

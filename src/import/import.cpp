@@ -1,4 +1,5 @@
 #include <antumbra/import.hpp>
+#include <antumbra/quake3.hpp>
 
 #include "import/uri.hpp"
 
@@ -24,14 +25,20 @@ std::string ending_of(const std::string& path) {
 
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options) {
     std::string ending = ending_of(path);
-    bool gltf = ending == "glb" || ending == "gltf", obj = ending == "obj";
-    if (!gltf && !obj)
+    bool gltf = ending == "glb" || ending == "gltf", obj = ending == "obj", bsp = ending == "bsp";
+    if (!gltf && !obj && !bsp)
         return Status(ErrorCode::unsupported, path + ": '." + ending + "' is not read; convert to .glb or .obj");
     Result<MappedFile> file = MappedFile::open(path, options.limits.bytes);
     if (!file)
         return file.status();
     if (gltf)
         return import_gltf(file->bytes(), path, folder_of(path), options);
+    if (bsp) {
+        Result<Quake3Map> map = import_quake3(file->bytes(), path, options);
+        if (!map)
+            return map.status();
+        return std::move(map->scene);
+    }
     return import_obj(file->bytes(), path, folder_of(path), options);
 }
 
