@@ -24,7 +24,8 @@ struct ImportOptions {
     std::uint32_t patch_levels = 4; ///< quads along each side of a Quake III patch of 3 x 3 points, 1..32
 };
 
-/// Reads by the file's ending: .glb, .gltf, .obj.
+/// Reads by the file's ending: .glb, .gltf, .obj, .bsp (Quake III, see quake3.hpp), and through assimp .ply, .stl,
+/// .off, .dae, .3ds, .fbx.
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options = {});
 
 /// What each format becomes
@@ -55,6 +56,14 @@ Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string
 /// where its material libraries lie ("" reads none).
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name,
                             const std::string& folder, const ImportOptions& options = {});
+
+/// PLY, STL, OFF, Collada, 3DS and FBX (`ending` in lower case, without a dot) by the optional library assimp. One
+/// object per mesh of each node; seen from both sides; never occluding if its opacity is below 1 or has a texture;
+/// moving if animated or skinned. Single precision: scenes far from the origin lose detail. Reads one file from
+/// memory and nothing else. Up to 1 GiB. What comes out of assimp is checked; its inside is not ours to promise:
+/// for files of unknown origin prefer glTF and OBJ, or run the import in a process of its own.
+Result<RawScene> import_with_assimp(std::span<const std::byte> bytes, const std::string& ending,
+                                    const std::string& name, const ImportOptions& options = {});
 
 /// import_file, then Scene::create.
 Result<Scene> load_scene(const std::string& path, const ImportOptions& options = {},

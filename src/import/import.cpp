@@ -1,6 +1,7 @@
 #include <antumbra/import.hpp>
 #include <antumbra/quake3.hpp>
 
+#include "import/assimp_scene.hpp"
 #include "import/uri.hpp"
 
 #include "base/file.hpp"
@@ -26,13 +27,15 @@ std::string ending_of(const std::string& path) {
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options) {
     std::string ending = ending_of(path);
     bool gltf = ending == "glb" || ending == "gltf", obj = ending == "obj", bsp = ending == "bsp";
-    if (!gltf && !obj && !bsp)
+    if (!gltf && !obj && !bsp && !is_assimp_ending(ending))
         return Status(ErrorCode::unsupported, path + ": '." + ending + "' is not read; convert to .glb or .obj");
     Result<MappedFile> file = MappedFile::open(path, options.limits.bytes);
     if (!file)
         return file.status();
     if (gltf)
         return import_gltf(file->bytes(), path, folder_of(path), options);
+    if (is_assimp_ending(ending))
+        return import_with_assimp(file->bytes(), ending, path, options);
     if (bsp) {
         Result<Quake3Map> map = import_quake3(file->bytes(), path, options);
         if (!map)
