@@ -108,8 +108,10 @@ void keep_reader_of(Assimp::Importer& importer, const std::string& ending) {
         if (!endings.count(ending))
             others.push_back(importer.GetImporter(i));
     }
-    for (Assimp::BaseImporter* other : others)
-        importer.UnregisterLoader(other);
+    for (Assimp::BaseImporter* other : others) {
+        importer.UnregisterLoader(other); // which gives it back to us
+        delete other;
+    }
 }
 
 Transform transform_of(const aiMatrix4x4& m) {
