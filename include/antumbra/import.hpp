@@ -24,7 +24,7 @@ struct ImportOptions {
     std::uint32_t patch_levels = 4; ///< quads along each side of a Quake III patch of 3 x 3 points, 1..32
 };
 
-/// Reads by the file's ending: .glb, .gltf, .obj, .bsp (Quake III, see quake3.hpp), and through assimp .ply, .stl,
+/// Reads by the file's ending: .glb, .gltf, .obj, .ply, .stl, .bsp (Quake III, see quake3.hpp), and through assimp
 /// .off, .dae, .3ds, .fbx.
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options = {});
 
@@ -57,7 +57,14 @@ Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name,
                             const std::string& folder, const ImportOptions& options = {});
 
-/// PLY, STL, OFF, Collada, 3DS and FBX (`ending` in lower case, without a dot) by the optional library assimp. One
+/// PLY, text or binary: one object of all faces, seen from both sides.
+Result<RawScene> import_ply(std::span<const std::byte> bytes, const std::string& name,
+                            const ImportOptions& options = {});
+/// STL, text (an object per solid) or binary (one object); seen from both sides.
+Result<RawScene> import_stl(std::span<const std::byte> bytes, const std::string& name,
+                            const ImportOptions& options = {});
+
+/// OFF, Collada, 3DS and FBX (`ending` in lower case, without a dot) by the optional library assimp. One
 /// object per mesh of each node; seen from both sides; never occluding if its opacity is below 1 or has a texture;
 /// moving if animated or skinned. Single precision: scenes far from the origin lose detail. Reads one file from
 /// memory and nothing else. Up to 1 GiB. What comes out of assimp is checked; its inside is not ours to promise:

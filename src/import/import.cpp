@@ -27,13 +27,18 @@ std::string ending_of(const std::string& path) {
 Result<RawScene> import_file(const std::string& path, const ImportOptions& options) {
     std::string ending = ending_of(path);
     bool gltf = ending == "glb" || ending == "gltf", obj = ending == "obj", bsp = ending == "bsp";
-    if (!gltf && !obj && !bsp && !is_assimp_ending(ending))
+    bool ply = ending == "ply", stl = ending == "stl";
+    if (!gltf && !obj && !bsp && !ply && !stl && !is_assimp_ending(ending))
         return Status(ErrorCode::unsupported, path + ": '." + ending + "' is not read; convert to .glb or .obj");
     Result<MappedFile> file = MappedFile::open(path, options.limits.bytes);
     if (!file)
         return file.status();
     if (gltf)
         return import_gltf(file->bytes(), path, folder_of(path), options);
+    if (ply)
+        return import_ply(file->bytes(), path, options);
+    if (stl)
+        return import_stl(file->bytes(), path, options);
     if (is_assimp_ending(ending))
         return import_with_assimp(file->bytes(), ending, path, options);
     if (bsp) {
