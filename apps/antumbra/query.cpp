@@ -119,7 +119,10 @@ int run_query(const QueryArguments& arguments) {
         (void)pvs->query_range(*range, cursor);
     if (const char* reason = why_everything(*pvs, cursor))
         note(reason);
-    print_answer(*pvs, cursor, guarantee_of(*pvs, cursor), arguments.common.json);
+    Guarantee guarantee = guarantee_of(*pvs, cursor);
+    if (cursor.cell == -3) // the cell of the eye itself, where cells are a grid
+        cursor.cell = pvs->grid().find(*eye);
+    print_answer(*pvs, cursor, guarantee, arguments.common.json);
     return 0;
 }
 
