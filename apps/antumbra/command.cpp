@@ -107,7 +107,7 @@ Job make_job(const Common& common) {
 }
 
 void SceneArguments::add_to(CLI::App& command) {
-    command.add_option("SCENE", path, "Scene file: .glb, .gltf or .obj")->required();
+    command.add_option("SCENE", path, "Scene file: .glb, .gltf, .obj, .ply, .stl, .bsp, .off, .dae, .3ds or .fbx")->required();
     command.add_option("--sides", sides, "Which sides of a face are drawn")
         ->check(CLI::IsMember({"material", "both"}))
         ->capture_default_str();

@@ -68,7 +68,8 @@ Result<RawScene> import_stl(std::span<const std::byte> bytes, const std::string&
 /// object per mesh of each node; seen from both sides; never occluding if its opacity is below 1 or has a texture;
 /// moving if animated or skinned. Single precision: scenes far from the origin lose detail. Reads one file from
 /// memory and nothing else. Up to 1 GiB. What comes out of assimp is checked; its inside is not ours to promise:
-/// for files of unknown origin prefer glTF and OBJ, or run the import in a process of its own.
+/// its Collada reader follows a null pointer on a damaged file of 700 bytes (fuzz_assimp). Hence it is an option of
+/// the build, off by default: for files of unknown origin convert to glTF first, in a process of its own.
 Result<RawScene> import_with_assimp(std::span<const std::byte> bytes, const std::string& ending,
                                     const std::string& name, const ImportOptions& options = {});
 
