@@ -35,6 +35,7 @@ struct State final : ViewState::Storage {
     std::vector<std::uint64_t> visible, row;
     std::vector<Pack> packs;
     std::uint32_t listed = 0; ///< objects in the packs
+    PvsCursor cursor;         ///< of a view tree
 };
 
 constexpr std::uint32_t kMostCells = 64; ///< a near rectangle over more cells than that sees everything
@@ -58,13 +59,10 @@ class PvsCuller final : public Culler {
             return mark_everything(scene, result, problem);
         State& state = view_state.storage<State>(serial_);
         Camera camera = camera_of(view);
-        CellRange range = cells_of(camera);
-        if (state.fresh || !(range == state.range)) {
-            state.fresh = false;
-            state.range = range;
-            unite(state);
+        bool changed = pvs_.tree().nodes.empty() ? ask_grid(camera, state) : ask_tree(camera, state);
+        if (changed || state.fresh)
             gather(state);
-        }
+        state.fresh = false;
         if (state.everything)
             result.reason = "no baked answer for this eye: frustum only";
         test(frustum_planes(camera, scene.tree_box), state, result);
@@ -72,6 +70,36 @@ class PvsCuller final : public Culler {
     }
 
   private:
+    /// Whether the answer may differ from the last one.
+    bool ask_grid(const Camera& camera, State& state) const {
+        CellRange range = cells_of(camera);
+        if (!state.fresh && range == state.range)
+            return false;
+        state.range = range;
+        unite(state);
+        return true;
+    }
+
+    bool ask_tree(const Camera& camera, State& state) const {
+        Box3d local = near_box(camera);
+        ViewRange range;
+        range.eyes = {local.min + scene_.data().origin, local.max + scene_.data().origin};
+        if (!camera.orthographic) {
+            // A hair wider than the picture: the camera's own rounding must not turn a leaf away.
+            double slack = 1 + 1e-9 + 4 * camera.turn;
+            range.all_directions = false;
+            Vec3d right = camera.right * (camera.half_width * slack), up = camera.up * (camera.half_height * slack);
+            range.corners = {camera.forward - right - up, camera.forward + right - up, camera.forward + right + up,
+                             camera.forward - right + up};
+        }
+        bool changed = pvs_.query_range(range, state.cursor);
+        if (changed || state.fresh) {
+            state.everything = state.cursor.everything;
+            state.visible = state.cursor.visible;
+        }
+        return changed;
+    }
+
     CellRange cells_of(const Camera& camera) const {
         Box3d local = near_box(camera);
         Box3d box{local.min + scene_.data().origin, local.max + scene_.data().origin};

@@ -119,6 +119,38 @@ TEST(PvsCuller, passes_on_what_the_bake_promised) {
     }
 }
 
+/// View space 0..20 x 0..10 x 0..10, cut in theta at a half turn: looking towards -z (theta 2 to 4) sees 0 and 2, the
+/// other way 1 and 3.
+TEST(PvsCuller, a_view_tree_answers_for_the_direction) {
+    TwoCells cells;
+    PvsData data;
+    data.guarantee = Guarantee::exact;
+    data.method = "test";
+    data.tree.bounds = {{0, 0, 0}, {20, 10, 10}};
+    data.tree.nodes = {{std::uint8_t(3), kViewSteps / 2, 2}, {ViewNode::kLeaf, 0, 0}, {ViewNode::kLeaf, 0, 1}};
+    data.row_count = 2;
+    data.rows = {0b1010, 0b0101};
+    for (const Box3f& box : cells.boxes) {
+        PvsObject object;
+        object.bounds = box;
+        data.objects.push_back(object);
+    }
+    cells.bytes = encode_pvs(data).value();
+    EXPECT_EQ(cells.visible(from(10)), 0b0101u);
+    View back = from(10);
+    back.target = back.eye + Vec3d{0, 0, 1};
+    EXPECT_EQ(cells.visible(back), 0b1000u);
+    View side = from(10); // along the cut: both leaves count, the frustum holds neither end
+    side.target = side.eye + Vec3d{1, 0, 0};
+    side.fov_y_deg = 10;
+    EXPECT_EQ(cells.visible(side), 0u);
+    View orthographic = from(10);
+    orthographic.projection = Projection::orthographic;
+    orthographic.height = 9.8;
+    EXPECT_EQ(cells.visible(orthographic), 0b0100u);
+    EXPECT_EQ(cells.visible(from(-5)), 0b0111u); // outside of view space: the frustum alone
+}
+
 TEST(PvsCuller, another_number_of_objects_is_a_mismatch) {
     TwoCells cells;
     Result<Pvs> pvs = Pvs::open(cells.bytes);
