@@ -14,18 +14,18 @@ struct BakeArguments {
     Common common;
     SceneArguments scene;
     BakeOptions options;
-    std::string output, cells, where, granularity = "object";
-    double where_radius = 0;
+    std::string output, cells, volumes, where, granularity = "object";
+    double where_radius = 0, alpha = 0, beta = 0;
     bool dry_run = false;
     PvsCoding coding = PvsCoding::cheapest;
 };
 
-Result<std::array<std::uint32_t, 3>> parse_cells(const std::string& text) {
+Result<std::array<std::uint32_t, 3>> parse_counts(const std::string& text, const char* option) {
     std::array<std::uint32_t, 3> cells{};
     int end = 0;
     if (std::sscanf(text.c_str(), "%ux%ux%u%n", &cells[0], &cells[1], &cells[2], &end) != 3 ||
         std::size_t(end) != text.size())
-        return Status(ErrorCode::usage, "--cells wants three counts such as 16x4x16, not '" + text + "'");
+        return Status(ErrorCode::usage, std::string(option) + " wants three counts such as 16x4x16, not '" + text + "'");
     return cells;
 }
 
@@ -142,10 +142,23 @@ int run_bake(BakeArguments& arguments) {
     if (arguments.output.empty() && !arguments.dry_run)
         return fail({ErrorCode::usage, "bake needs -o OUT.pvs (or --dry-run)"});
     if (!arguments.cells.empty()) {
-        auto cells = parse_cells(arguments.cells);
+        auto cells = parse_counts(arguments.cells, "--cells");
         if (!cells)
             return fail(cells.status());
         arguments.options.cells = *cells;
+    }
+    if (!arguments.volumes.empty()) {
+        auto volumes = parse_counts(arguments.volumes, "--volumes");
+        if (!volumes)
+            return fail(volumes.status());
+        arguments.options.volumes = *volumes;
+    }
+    if (arguments.alpha > 0 || arguments.beta > 0) {
+        SprtOptions& test = arguments.options.sequential;
+        if (!(arguments.alpha > 0 && arguments.alpha < 1 && arguments.beta > 0 && arguments.beta < 1))
+            return fail({ErrorCode::usage, "--alpha and --beta go together, each between 0 and 1"});
+        test.a = (1 - arguments.beta) / arguments.alpha;
+        test.b = arguments.beta / (1 - arguments.alpha);
     }
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
@@ -250,6 +263,13 @@ void add_bake(CLI::App& app) {
     command.add_option("--s1", test.s_1, "Share of hits at which it should be")->capture_default_str();
     command.add_option("--sprt-a", test.a, "Visible above this likelihood ratio")->capture_default_str();
     command.add_option("--sprt-b", test.b, "Invisible below this likelihood ratio")->capture_default_str();
+    auto* by_ratio = command.get_option("--sprt-a");
+    command.add_option("--alpha", arguments->alpha, "Instead of the ratios: rate of calling an object of share --st visible")
+        ->excludes(by_ratio);
+    command.add_option("--beta", arguments->beta, "Instead of the ratios: rate of losing an object of share --s1")
+        ->excludes(by_ratio);
+    command.add_option("--volumes", arguments->volumes,
+                       "Occludee volumes along x, y, z, so that moving boxes can be asked about");
     command.add_flag("--informed-prior", options.informed_prior,
                      "Weigh the test by how often objects of like size and distance were seen");
     command.add_option("--holdout-rays", options.holdout_rays, "Rays per cell that only measure the miss rate")

@@ -70,6 +70,9 @@ struct BakeOptions {
     double cell_size = 0;
     /// Where viewers can be (world). Empty: the scene's bounds. Cells that touch none of them are not baked.
     std::vector<Box3d> where;
+    /// Occludee volumes along each axis, so that moving boxes can be asked about (Pvs::is_box_visible); 0: none.
+    /// Sampled bakes only.
+    std::array<std::uint32_t, 3> volumes{0, 0, 0};
     /// Rays per cell that look around, before the sequential test aims at each object that they did not find.
     std::uint32_t rays_per_cell = 32768;
     Sampling sampling = Sampling::uniform;

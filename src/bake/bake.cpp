@@ -50,6 +50,11 @@ Status check(const BakeOptions& options) {
         tree.max_depth > 64 || tree.tile_depth > 12 || tree.node_rays == 0 || tree.node_rays > 1u << 24)
         return {ErrorCode::usage, "the view tree needs a view space of 0 to 1000 times the scene, effectiveness 0 to 1, "
                                   "an extent of 0 to 1, depth up to 64 below tiles of depth up to 12"};
+    double volumes = double(options.volumes[0]) * options.volumes[1] * options.volumes[2];
+    if (volumes > 1 << 20)
+        return {ErrorCode::limit, "at most 2^20 occludee volumes; ask for fewer along each axis"};
+    if (volumes > 0 && options.method != "sampled")
+        return {ErrorCode::usage, "occludee volumes need the sampled method"};
     return {};
 }
 
@@ -79,6 +84,8 @@ Json describe(const BakeOptions& options, const CellGrid& grid) {
                           {"a", test.a}, {"b", test.b}, {"most_rays", test.most_rays},
                           {"informed_prior", options.informed_prior}};
     json["holdout_rays_per_cell"] = options.holdout_rays;
+    if (options.volumes[0])
+        json["volumes"] = options.volumes;
     json["seed"] = options.seed;
     return json;
 }
@@ -138,7 +145,17 @@ std::vector<std::uint32_t> fill_rows(PvsData& pvs, std::vector<RegionSample>& sa
     return row_of;
 }
 
-void count(BakeStatistics& statistics, const RegionSample& sample, const SprtOptions& test) {
+/// Objects in a sample's row, without the volumes behind them.
+std::uint64_t count_objects(const RegionSample& sample, std::size_t objects) {
+    std::uint64_t sum = 0;
+    for (std::size_t w = 0; w < sample.visible.size() && w * 64 < objects; ++w) {
+        std::size_t bits = std::min<std::size_t>(64, objects - w * 64);
+        sum += std::uint64_t(std::popcount(sample.visible[w] << (64 - bits)));
+    }
+    return sum;
+}
+
+void count(BakeStatistics& statistics, const RegionSample& sample, const SprtOptions& test, std::size_t objects) {
     ++(sample.solid ? statistics.cells_solid : statistics.cells_baked);
     statistics.rays += sample.rays;
     statistics.aimed_rays += sample.aimed_rays;
@@ -150,8 +167,7 @@ void count(BakeStatistics& statistics, const RegionSample& sample, const SprtOpt
     if (sample.fewest_aimed != ~0u)
         statistics.pair_miss_at_s1 = std::max(statistics.pair_miss_at_s1,
                                               SequentialTest::miss_probability(test.s_1, sample.fewest_aimed));
-    for (std::uint64_t word : sample.visible)
-        statistics.mean_visible += std::popcount(word); // a sum until finish()
+    statistics.mean_visible += double(count_objects(sample, objects)); // a sum until finish()
 }
 
 void finish(BakeStatistics& statistics) {
@@ -162,9 +178,10 @@ void finish(BakeStatistics& statistics) {
     statistics.miss_rate_upper95 = clopper_pearson_upper(statistics.holdout_misses, statistics.holdout_rays, 0.95);
 }
 
-void count_all(BakeStatistics& statistics, std::span<const RegionSample> samples, const BakeOptions& options) {
+void count_all(BakeStatistics& statistics, std::span<const RegionSample> samples, const BakeOptions& options,
+               std::size_t objects) {
     for (const RegionSample& sample : samples)
-        count(statistics, sample, options.sequential);
+        count(statistics, sample, options.sequential, objects);
     finish(statistics);
 }
 
@@ -208,7 +225,7 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
         if (Status status = exact->check(view->grid.bounds); !status)
             return status;
     }
-    std::size_t words = (scene.objects().size() + 63) / 64;
+    std::size_t words = shared.words();
     auto read = [&](PayloadReader& reader) {
         return exact ? get_exact_cell(reader, words) : ExactCell{reader.get_sample(words), {}};
     };
@@ -245,10 +262,11 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     result.statistics.cells = view->grid.cells();
     result.statistics.cells_not_baked = view->grid.cells() - view->to_bake.size();
     result.statistics.cells_resumed = results->resumed;
-    count_all(result.statistics, samples, options);
+    count_all(result.statistics, samples, options, scene.objects().size());
     result.pvs = begin_pvs(scene, options);
     if (exact)
         result.pvs.guarantee = result.statistics.exact.undecided ? Guarantee::conservative : Guarantee::exact;
+    result.pvs.volumes = shared.volumes().grid();
     result.pvs.options_json = options_json(options, view->grid, result.statistics);
     result.pvs.grid = view->grid;
     result.pvs.cell_row.assign(view->grid.cells(), kCellNotBaked);
@@ -271,8 +289,9 @@ Result<BakeResult> bake_tree(const SamplingScene& shared, const Job& job) {
     result.statistics.cells = baked->leaves.size();
     result.statistics.tiles_resumed = baked->tiles_resumed;
     result.statistics.rays_reused = baked->rays_reused;
-    count_all(result.statistics, baked->leaves, options);
+    count_all(result.statistics, baked->leaves, options, scene.objects().size());
     result.pvs = begin_pvs(scene, options);
+    result.pvs.volumes = shared.volumes().grid();
     result.pvs.options_json = options_json(options, CellGrid(), result.statistics);
     result.pvs.tree = std::move(baked->tree);
     std::vector<std::uint32_t> rows = fill_rows(result.pvs, baked->leaves);
@@ -325,8 +344,7 @@ Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const
         Box3d box = view->grid.cell(cell);
         RegionSample sample = exact ? exact->solve(box).sample : sample_cell(shared, box);
         rows += !sample.solid;
-        for (std::uint64_t word : sample.visible)
-            set_bits += std::uint64_t(std::popcount(word));
+        set_bits += count_objects(sample, scene.objects().size());
     });
     if (job.cancelled())
         return Status(ErrorCode::cancelled, "stopped");

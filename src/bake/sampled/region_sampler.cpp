@@ -16,7 +16,7 @@ constexpr std::uint32_t kSolidAfterAttempts = 256;
 constexpr std::uint32_t kAttemptsPerViewpoint = 8;
 
 /// Streams of one region.
-enum Stream : std::uint32_t { kViewpoints, kDirections, kAimed, kHoldout, kGuided };
+enum Stream : std::uint32_t { kViewpoints, kDirections, kAimed, kHoldout, kGuided, kVolumes };
 
 constexpr unsigned kBuckets = 32;
 /// How often guided sampling aims at a neighbour of something seen, and how often it looks anywhere instead.
@@ -28,7 +28,7 @@ constexpr std::uint32_t kFewestAimedRays = 4;
 } // namespace
 
 SamplingScene::SamplingScene(const Tracer& tracer, const BakeOptions& options)
-    : tracer_(tracer), options_(options), sequential_(options.sequential) {
+    : tracer_(tracer), options_(options), sequential_(options.sequential), volumes_(tracer.scene(), options.volumes) {
     if (options.sampling == Sampling::guided)
         neighbours_.emplace(scene());
     area_until_.resize(scene().triangles().size());
@@ -65,9 +65,8 @@ RegionSampler::RegionSampler(const SamplingScene& shared, const SamplingRegion& 
     : shared_(shared), tracer_(shared.tracer()), scene_(shared.scene()), arbiter_(shared.tracer()), region_(region),
       key_(key), positions_(shared.options().seed, key, kViewpoints),
       directions_(shared.options().seed, key, kDirections) {
-    std::size_t words = (scene_.objects().size() + 63) / 64;
-    sample_.visible.assign(words, 0);
-    proposed_.assign(words, 0);
+    sample_.visible.assign(shared.words(), 0);
+    proposed_.assign(shared.words(), 0);
     for (std::uint32_t o = 0; o < scene_.objects().size(); ++o)
         if (scene_.objects()[o].has(kAlwaysVisible))
             set(o);
@@ -112,8 +111,37 @@ void RegionSampler::record(const Ray& ray, std::span<const std::uint32_t> triang
 void RegionSampler::cast(const Ray& ray) {
     ++sample_.rays;
     hits_.clear();
-    tracer_.seen(ray, hits_);
+    Hit hit = tracer_.seen(ray, hits_);
     record(ray, hits_);
+    record_volumes(ray, hit.t);
+}
+
+void RegionSampler::record_volumes(const Ray& ray, double end) {
+    if (shared_.volumes().count() == 0)
+        return;
+    auto first = std::uint32_t(scene_.objects().size());
+    shared_.volumes().walk(ray, end, [&](std::uint64_t volume, const Vec3d& middle) {
+        std::uint32_t bit = first + std::uint32_t(volume);
+        if (!seen(bit) && arbiter_.segment(ray.origin, middle) == Verdict::clear)
+            set(bit);
+    });
+}
+
+void RegionSampler::aim_at_unseen_volumes() {
+    auto first = std::uint32_t(scene_.objects().size());
+    std::uint32_t give_up = shared_.sequential().misses_to_give_up();
+    for (std::uint32_t volume = 0; volume < shared_.volumes().count(); ++volume) {
+        Random random(shared_.options().seed, key_ ^ mix_bits(volume + 1), kVolumes);
+        for (std::uint32_t r = 0; r < give_up && !seen(first + volume); ++r) {
+            const Vec3d& from = viewpoints_[random.below(std::uint32_t(viewpoints_.size()))];
+            double u = random.uniform(), v = random.uniform(), w = random.uniform();
+            Vec3d direction = shared_.volumes().point_in(volume, u, v, w) - from;
+            if (!(dot(direction, direction) > 0) || !region_.holds_direction(direction))
+                continue;
+            cast({from, direction});
+            ++sample_.aimed_rays;
+        }
+    }
 }
 
 void RegionSampler::adopt(const RayCache& cache) {
@@ -239,6 +267,7 @@ void RegionSampler::aim_at_unseen() {
         if (!seen(o))
             sample_.fewest_aimed = std::min(sample_.fewest_aimed, misses);
     }
+    aim_at_unseen_volumes();
 }
 
 void RegionSampler::measure_misses(std::uint32_t count) {

@@ -8,6 +8,7 @@
 #include "bake/sampled/neighbours.hpp"
 #include "bake/sampled/sequential_test.hpp"
 #include "bake/sampled/sampling_region.hpp"
+#include "bake/sampled/volume_grid.hpp"
 #include "rays/arbiter.hpp"
 
 #include <antumbra/bake.hpp>
@@ -29,6 +30,9 @@ class SamplingScene {
     const SequentialTest& sequential() const { return sequential_; }
     /// Empty unless options ask for guided sampling.
     const std::optional<ObjectNeighbours>& neighbours() const { return neighbours_; }
+    const VolumeGrid& volumes() const { return volumes_; }
+    /// Words of a row: bits of objects, then of volumes.
+    std::size_t words() const { return (scene().objects().size() + volumes_.count() + 63) / 64; }
     /// A point uniform on the object's surface: on the triangle at the share `pick` of its area, at (u, v).
     Vec3d surface_point(std::uint32_t object, double pick, double u, double v) const;
 
@@ -37,6 +41,7 @@ class SamplingScene {
     BakeOptions options_;
     SequentialTest sequential_;
     std::optional<ObjectNeighbours> neighbours_;
+    VolumeGrid volumes_;
     std::vector<double> area_until_; ///< per triangle: twice the area of its object's triangles up to and with it
 };
 
@@ -56,7 +61,7 @@ struct RayCache {
 /// The answer for one region.
 struct RegionSample {
     bool solid = false;                 ///< no viewpoint was found
-    std::vector<std::uint64_t> visible; ///< bit set over objects; empty when solid
+    std::vector<std::uint64_t> visible; ///< bit set over objects, then volumes; empty when solid
     std::uint64_t rays = 0;             ///< of all kinds, probes for viewpoints included
     std::uint64_t aimed_rays = 0;
     std::uint32_t confirmed = 0;   ///< pairs proved
@@ -79,7 +84,7 @@ class RegionSampler {
     /// seen, and now and then anywhere. Needs options.sampling guided. In the manner of guided visibility sampling
     /// (Wonka et al. 2006), for objects instead of triangles.
     void look_guided(std::uint32_t count);
-    /// The sequential test of every object not seen so far.
+    /// The sequential test of every object, and every occludee volume, not seen so far.
     void aim_at_unseen();
     /// Casts `count` fresh rays from fresh viewpoints and counts those that see an unlisted object. What they find is
     /// listed afterwards: the measured rate is that of the set before them.
@@ -100,6 +105,9 @@ class RegionSampler {
     void cast(const Ray& ray);
     void record(const Ray& ray, std::span<const std::uint32_t> triangles);
     void set(std::uint32_t object);
+    /// Sets the volumes that the ray passes through before `end`, each proved by an exact segment.
+    void record_volumes(const Ray& ray, double end);
+    void aim_at_unseen_volumes();
     std::vector<double> prior_odds() const;
     unsigned bucket_of(std::uint32_t object) const;
 

@@ -116,7 +116,7 @@ Box3d view_space(const Scene& scene, const BakeOptions& options) {
 
 Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& key, const Job& job) {
     const BakeOptions& options = shared.options();
-    std::size_t words = (shared.scene().objects().size() + 63) / 64;
+    std::size_t words = shared.words();
     TreeBake result;
     result.tree.bounds = view_space(shared.scene(), options);
     Tiling tiling(result.tree, options.tree.tile_depth);
