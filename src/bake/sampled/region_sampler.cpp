@@ -157,8 +157,10 @@ void RegionSampler::look_around(std::uint32_t count, RayCache* keep) {
         return;
     // Kept rays measure where things are seen from: they need many origins.
     ensure_viewpoints(viewpoints_.size() + count / (keep ? kKeptRaysPerViewpoint : kRaysPerViewpoint));
+    // Rays from one viewpoint follow each other: they share the top of the tree in the caches.
+    std::uint32_t per_viewpoint = std::max(1u, count / std::uint32_t(viewpoints_.size()));
     for (std::uint32_t r = 0; r < count; ++r) {
-        Ray ray{viewpoints_[looked_++ % viewpoints_.size()], uniform_direction(region_, directions_)};
+        Ray ray{viewpoints_[looked_++ / per_viewpoint % viewpoints_.size()], uniform_direction(region_, directions_)};
         cast(ray);
         if (keep)
             keep->add(ray, hits_);
