@@ -17,6 +17,11 @@ using namespace antumbra;
 
 namespace {
 
+void aim(RegionSampler& sampler) {
+    PriorKnowledge none;
+    sampler.aim_at_unseen(none);
+}
+
 double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -67,7 +72,7 @@ int measure(const char* path, int cells) {
         embree->first_hits(rays, hits);
         embree_seconds += cpu_seconds() - start;
         embree_rays += rays.size();
-        sampler.aim_at_unseen();
+        aim(sampler);
         sampler.measure_misses(2048);
         RegionSample sample = std::move(sampler).finish();
         for (std::uint64_t word : sample.visible)

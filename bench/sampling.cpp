@@ -15,6 +15,11 @@ using namespace antumbra;
 
 namespace {
 
+void run_test(RegionSampler& sampler) {
+    PriorKnowledge none;
+    sampler.aim_at_unseen(none);
+}
+
 struct Budget {
     int cells = 8;
     std::uint32_t rays = 32768;
@@ -38,7 +43,7 @@ RegionSample run(const SamplingScene& shared, const SamplingRegion& region, std:
     else
         sampler.look_around(rays);
     if (aim)
-        sampler.aim_at_unseen();
+        run_test(sampler);
     return std::move(sampler).finish();
 }
 

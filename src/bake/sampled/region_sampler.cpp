@@ -18,7 +18,8 @@ constexpr std::uint32_t kAttemptsPerViewpoint = 8;
 /// Streams of one region.
 enum Stream : std::uint32_t { kViewpoints, kDirections, kAimed, kHoldout, kGuided, kVolumes };
 
-constexpr unsigned kBuckets = 32;
+constexpr unsigned kBuckets = PriorKnowledge::kBuckets;
+constexpr double kRoughWeight = 8;
 /// How often guided sampling aims at a neighbour of something seen, and how often it looks anywhere instead.
 constexpr std::size_t kGuidedTries = 4;
 constexpr std::uint32_t kGuidedUniformEvery = 32;
@@ -230,29 +231,38 @@ unsigned RegionSampler::bucket_of(std::uint32_t object) const {
     return unsigned(std::clamp(exponent + 24, 0, int(kBuckets) - 1));
 }
 
-/// Odds of "visible", per bucket, from what looking around has found. The two pseudo-counts keep them finite.
-std::vector<double> RegionSampler::prior_odds() const {
-    std::vector<double> visible(kBuckets, 1), hidden(kBuckets, 1);
+/// The two pseudo-counts keep the odds finite.
+std::array<double, PriorKnowledge::kBuckets> RegionSampler::rough_odds() const {
+    std::array<double, PriorKnowledge::kBuckets> visible, hidden;
+    visible.fill(1);
+    hidden.fill(1);
     for (std::uint32_t o = 0; o < scene_.objects().size(); ++o)
         (seen(o) ? visible : hidden)[bucket_of(o)] += 1;
-    for (unsigned b = 0; b < kBuckets; ++b)
+    for (std::size_t b = 0; b < visible.size(); ++b)
         visible[b] /= hidden[b];
     return visible;
 }
 
-void RegionSampler::aim_at_unseen() {
+void RegionSampler::aim_at_unseen(PriorKnowledge& knowledge) {
     if (!has_viewpoint())
         return;
     ensure_viewpoints(kRaysPerViewpoint);
     const BakeOptions& options = shared_.options();
-    std::vector<double> odds = options.informed_prior ? prior_odds() : std::vector<double>();
+    std::array<double, PriorKnowledge::kBuckets> rough{};
+    if (options.informed_prior)
+        rough = rough_odds();
     std::span<const Object> objects = scene_.objects();
     for (std::uint32_t o = 0; o < objects.size(); ++o) {
         if (objects[o].triangle_count == 0 || seen(o) || !may_look_at(region_, to_double(objects[o].bounds)))
             continue;
         std::uint32_t give_up = shared_.sequential().misses_to_give_up();
-        if (!odds.empty())
-            give_up = std::max(kFewestAimedRays, shared_.sequential().misses_to_give_up(odds[bucket_of(o)]));
+        unsigned bucket = options.informed_prior ? bucket_of(o) : 0;
+        if (options.informed_prior) {
+            // What looking around found weighs as much as kRoughWeight objects that went through the test.
+            double odds = (knowledge.found[bucket] + kRoughWeight * rough[bucket]) /
+                          (knowledge.given_up[bucket] + kRoughWeight);
+            give_up = std::max(kFewestAimedRays, shared_.sequential().misses_to_give_up(odds));
+        }
         Random random(options.seed, key_ ^ object_key(objects[o].id), kAimed);
         // Draws outside the angles are no samples; an object mostly outside of them ends by the count of draws.
         std::uint32_t misses = 0, most_draws = give_up * 16;
@@ -268,6 +278,7 @@ void RegionSampler::aim_at_unseen() {
         }
         if (!seen(o))
             sample_.fewest_aimed = std::min(sample_.fewest_aimed, misses);
+        (seen(o) ? knowledge.found : knowledge.given_up)[bucket] += 1;
     }
     aim_at_unseen_volumes();
 }
@@ -304,7 +315,8 @@ void RegionSampler::run_all() {
         look_guided(options.rays_per_cell);
     else
         look_around(options.rays_per_cell);
-    aim_at_unseen();
+    PriorKnowledge knowledge;
+    aim_at_unseen(knowledge);
     measure_misses(options.holdout_rays);
 }
 

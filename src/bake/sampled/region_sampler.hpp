@@ -13,6 +13,7 @@
 
 #include <antumbra/bake.hpp>
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -71,6 +72,13 @@ struct RegionSample {
 
 };
 
+/// How objects of like apparent size fared in the sequential test so far: what an informed prior learns from, and
+/// refines with every object. Start from none; hand on from region to region within one unit of work.
+struct PriorKnowledge {
+    static constexpr std::size_t kBuckets = 32;
+    std::array<double, kBuckets> found{}, given_up{};
+};
+
 /// One region under way. Not thread-safe; make one per region. A pure function of (scene, options, region, key).
 class RegionSampler {
   public:
@@ -84,8 +92,9 @@ class RegionSampler {
     /// seen, and now and then anywhere. Needs options.sampling guided. In the manner of guided visibility sampling
     /// (Wonka et al. 2006), for objects instead of triangles.
     void look_guided(std::uint32_t count);
-    /// The sequential test of every object, and every occludee volume, not seen so far.
-    void aim_at_unseen();
+    /// The sequential test of every object, and every occludee volume, not seen so far. With options.informed_prior its
+    /// odds begin with `knowledge`, or, where that is silent, with what looking around has found; each object adds to it.
+    void aim_at_unseen(PriorKnowledge& knowledge);
     /// Casts `count` fresh rays from fresh viewpoints and counts those that see an unlisted object. What they find is
     /// listed afterwards: the measured rate is that of the set before them.
     void measure_misses(std::uint32_t count);
@@ -108,7 +117,8 @@ class RegionSampler {
     /// Sets the volumes that the ray passes through before `end`, each proved by an exact segment.
     void record_volumes(const Ray& ray, double end);
     void aim_at_unseen_volumes();
-    std::vector<double> prior_odds() const;
+    /// Odds of "visible", per bucket, from what looking around has found.
+    std::array<double, PriorKnowledge::kBuckets> rough_odds() const;
     unsigned bucket_of(std::uint32_t object) const;
 
     const SamplingScene& shared_;

@@ -193,7 +193,7 @@ class Builder {
     void finish_leaf(std::size_t index, RegionSampler& sampler, const RayCache& cache) {
         std::uint32_t wanted = shared_.options().rays_per_cell;
         sampler.look_around(wanted - std::min(wanted, std::uint32_t(cache.entries.size())));
-        sampler.aim_at_unseen();
+        sampler.aim_at_unseen(knowledge_);
         sampler.measure_misses(shared_.options().holdout_rays);
         RegionSample sample = std::move(sampler).finish();
         sample.rays += std::exchange(rays_above_, 0);
@@ -283,6 +283,7 @@ class Builder {
     const ViewTreeOptions& options_;
     const ViewTree& space_;
     BuiltTree tree_;
+    PriorKnowledge knowledge_; ///< handed on from leaf to leaf of the tile
     std::uint64_t rays_above_ = 0; ///< cast in inner nodes since the last leaf
 };
 
