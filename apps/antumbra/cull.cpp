@@ -1,5 +1,7 @@
 #include "command.hpp"
 
+#include "evaluate/cull_scene.hpp"
+
 #include <antumbra/cull.hpp>
 #include <antumbra/occluder_finding.hpp>
 
@@ -32,21 +34,6 @@ Status place_view(const CullArguments& arguments, const Scene& scene, View& view
     view.target = view.eye + *direction;
     view.up = *up;
     return {};
-}
-
-CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
-    std::vector<Box3f> bounds;
-    std::vector<std::uint32_t> flags;
-    for (const Object& object : scene.objects()) {
-        bounds.push_back(object.bounds);
-        flags.push_back(object.flags);
-    }
-    CullSceneInput input;
-    input.bounds = bounds;
-    input.flags = flags;
-    input.origin = scene.origin();
-    input.occluders = &occluders;
-    return CullScene::create(input);
 }
 
 void print_result(const CullArguments& arguments, const Scene& scene, const Culler& culler, const CullResult& result) {
