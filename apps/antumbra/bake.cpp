@@ -1,5 +1,6 @@
 #include "command.hpp"
 
+#include "bake/sampled/sequential_test.hpp"
 #include "base/file.hpp"
 
 #include <antumbra/bake.hpp>
@@ -157,8 +158,9 @@ int run_bake(BakeArguments& arguments) {
         SprtOptions& test = arguments.options.sequential;
         if (!(arguments.alpha > 0 && arguments.alpha < 1 && arguments.beta > 0 && arguments.beta < 1))
             return fail({ErrorCode::usage, "--alpha and --beta go together, each between 0 and 1"});
-        test.a = (1 - arguments.beta) / arguments.alpha;
-        test.b = arguments.beta / (1 - arguments.alpha);
+        WaldThresholds thresholds = wald_thresholds(arguments.alpha, arguments.beta);
+        test.a = thresholds.a;
+        test.b = thresholds.b;
     }
     Result<Scene> scene = arguments.scene.load();
     if (!scene)

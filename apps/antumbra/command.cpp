@@ -86,7 +86,7 @@ void add_common(CLI::App& command, Common& common, const std::string& example, C
 
 int fail(const Status& status) {
     fmt::print(stderr, "antumbra: {}\n", status.message());
-    return status.code() == ErrorCode::usage ? 2 : status.code() == ErrorCode::cancelled ? 130 : 1;
+    return status.code() == ErrorCode::usage ? 2 : 1;
 }
 
 void note(const std::string& text) { fmt::print(stderr, "note: {}\n", text); }

@@ -31,7 +31,7 @@ using Command = std::function<int()>;
 /// Adds --json, --threads, --seed, the footer with `example`, and `run` as what the command does.
 void add_common(CLI::App& command, Common& common, const std::string& example, Command run);
 
-/// Prints "antumbra: message" on stderr; 2 for ErrorCode::usage, 130 after Ctrl-C, else 1.
+/// Prints "antumbra: message" on stderr; 2 for ErrorCode::usage, else 1.
 int fail(const Status& status);
 
 /// A note for the user: stderr, one line.

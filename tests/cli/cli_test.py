@@ -6,9 +6,11 @@ usage: cli_test.py ANTUMBRA SOURCE_DIR
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 ANTUMBRA = sys.argv[1]
@@ -99,6 +101,33 @@ class Commands(unittest.TestCase):
             files.append(pathlib.Path(path).read_bytes())
         self.assertEqual(files[0], files[1])
         self.assertEqual(files[0], files[2])
+
+    def test_an_interrupted_bake_keeps_its_cells_and_resumes_to_the_same_bytes(self):
+        path = os.path.join(self.folder.name, "interrupted.pvs")
+        options = ["bake", self.scene, "-o", path, "--cells", "16x4x16", "--rays-per-cell", "8192"]
+        run(*options)
+        expected = pathlib.Path(path).read_bytes()
+        os.remove(path)
+        bake = subprocess.Popen([ANTUMBRA, *options], stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and bake.poll() is None:
+            if os.path.exists(path + ".part") and os.path.getsize(path + ".part") > 2000:
+                bake.send_signal(signal.SIGINT)
+                break
+            time.sleep(0.005)
+        err = bake.communicate(timeout=60)[1]
+        self.assertEqual(bake.returncode, 1, err)
+        self.assertIn("--resume", err)
+        self.assertFalse(os.path.exists(path))
+        self.assertGreater(run_json(*options, "--resume")["cells_resumed"], 0)
+        self.assertEqual(pathlib.Path(path).read_bytes(), expected)
+
+    def test_error_rates_give_walds_thresholds(self):
+        path = os.path.join(self.folder.name, "rates.pvs")
+        run("bake", self.scene, "-o", path, "--cells", "1x1x1", "--rays-per-cell", 64, "--alpha", 0.01, "--beta", 0.05)
+        test = run_json("inspect", path)["options"]["sequential"]
+        self.assertAlmostEqual(test["a"], 95)
+        self.assertAlmostEqual(test["b"], 0.05 / 0.99)
 
     def test_dry_run_writes_nothing(self):
         path = os.path.join(self.folder.name, "dry.pvs")
