@@ -213,6 +213,17 @@ class RealScenes(unittest.TestCase):
                     frustum = [m for m in walk["methods"] if m["name"] == "frustum"][0]
                     self.assertEqual(frustum["false_invisible_pixels"], 0)
 
+    def test_what_rays_see_is_in_the_visibility_that_maps_bring_along(self):
+        check = pathlib.Path(ANTUMBRA).parent / "bench" / "bench_quake3_pvs"
+        if not check.exists():
+            self.skipTest("built without benchmarks")
+        maps = [SCENES / "gamemap" / name for name in ("oa_dm2.bsp", "czest3ctf.bsp")]
+        done = subprocess.run([check, "--rays", "200000", *maps], capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for line in done.stdout.splitlines()[1:]:
+            pairs_seen = int(line.split(",")[4])
+            self.assertGreater(pairs_seen, 10000, line)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)
