@@ -275,8 +275,6 @@ int main(int argc, char** argv) {
             options.speed = std::atof(value());
         else if (!std::strcmp(argv[i], "--occluders"))
             options.culler.occluders = std::uint32_t(std::atoi(value()));
-        else if (!std::strcmp(argv[i], "--published"))
-            options.culler.planes_form = PlanesForm::published;
         else if (!std::strcmp(argv[i], "--pixels"))
             options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))

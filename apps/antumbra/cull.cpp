@@ -17,7 +17,7 @@ struct CullArguments {
     SceneArguments scene;
     std::string method = "frustum", pvs, eye, direction = "0,0,-1", up = "0,1,0";
     View view;
-    bool orthographic = false, published = false;
+    bool orthographic = false;
     CullerOptions options;
 };
 
@@ -85,7 +85,6 @@ int run_cull(const CullArguments& arguments) {
     if (!scene)
         return fail(scene.status());
     CullerOptions options = arguments.options;
-    options.planes_form = arguments.published ? PlanesForm::published : PlanesForm::modern;
     std::optional<MappedFile> file;
     std::optional<Pvs> pvs;
     if (!arguments.pvs.empty()) {
@@ -137,7 +136,6 @@ void add_cull(CLI::App& app) {
     command.add_flag("--orthographic", arguments->orthographic, "Parallel projection");
     command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
     command.add_option("--occluders", arguments->options.occluders, "planes: occluders at most")->capture_default_str();
-    command.add_flag("--published", arguments->published, "planes: as published in 1997");
     command.add_option("--raster-width", arguments->options.raster_width, "hzb, masked: pixels across")->capture_default_str();
     command.add_option("--polygons", arguments->options.polygon_budget, "hzb, masked: polygons drawn at most")->capture_default_str();
     add_common(command, arguments->common, "antumbra cull city.glb --method frustum --eye 0,1.7,0 --dir 1,0,0",

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace antumbra::app {
 namespace {
 
@@ -14,7 +16,7 @@ struct WalkArguments {
     Common common;
     SceneArguments scene;
     std::string pvs, path = "auto", save_path, size = "640x360", report;
-    std::string cull;
+    std::string cull, studies;
     std::uint32_t frames = 0;
     bool no_draw = false;
     PathOptions path_options;
@@ -89,7 +91,7 @@ Json number(double value) {
     return value < 0 ? Json(nullptr) : Json(value);
 }
 
-Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result) {
+Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result, std::span<const Study> studies) {
     Json document;
     document["scene"] = scene.source();
     document["fingerprint"] = to_hex(scene.fingerprint());
@@ -128,6 +130,9 @@ Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result
              {"unconfirmed_pixels", method.unconfirmed_pixels},
              {"speedup_over_frustum", number(method.speedup_over_frustum)}});
     document["notes"] = result.notes;
+    document["studies"] = Json::array();
+    for (const Study& study : studies)
+        document["studies"].push_back(Json::parse(study_json(study, false)));
     return document;
 }
 
@@ -155,17 +160,84 @@ void print_text(const Scene& scene, const FoundPath& path, const WalkResult& res
                    cell(method.speedup_over_frustum, 2));
 }
 
+std::string study_cell(const StudyCell& cell, int digits) {
+    if (!cell.words.empty())
+        return cell.words;
+    return std::isfinite(cell.number) ? fmt::format("{:.{}f}", cell.number, digits) : "-";
+}
+
+void print_study(const Study& study) {
+    fmt::print("\nstudy      {} ({})\n", study.title, study.source);
+    for (const StudyTable& table : study.tables) {
+        std::vector<std::vector<std::string>> lines(1);
+        for (const StudyColumn& column : table.columns)
+            lines[0].push_back(column.title + (column.unit.empty() ? "" : ", " + column.unit));
+        for (const StudyRow& row : table.rows) {
+            lines.emplace_back();
+            for (std::size_t c = 0; c < row.cells.size(); ++c)
+                lines.back().push_back(study_cell(row.cells[c], table.columns[c].digits));
+            if (row.origin == StudyOrigin::published)
+                lines.back().back() += "  (published)";
+        }
+        fmt::print("\n{}\n", table.title);
+        for (const auto& line : lines) {
+            for (std::size_t c = 0; c < line.size(); ++c) {
+                std::size_t width = 0;
+                for (const auto& other : lines)
+                    width = std::max(width, other[c].size());
+                fmt::print("  {:<{}}", line[c], width);
+            }
+            fmt::print("\n");
+        }
+    }
+    for (const std::string& text : study.notes)
+        note(text);
+}
+
+Status run_studies(const WalkArguments& arguments, const Scene& scene, const FoundPath& path, const Job& job,
+                   std::vector<Study>& studies) {
+    StudyOptions options;
+    options.path = path.views;
+    options.path_description = path.description;
+    options.pvs = arguments.options.pvs;
+    options.width = arguments.options.width;
+    options.height = arguments.options.height;
+    options.occluders = arguments.options.occluders;
+    options.repeat = arguments.options.repeat;
+    options.draw = arguments.options.draw;
+    options.seed = arguments.common.seed;
+    for (const std::string& name : arguments.studies.empty() ? std::vector<std::string>{} : split(arguments.studies)) {
+        Result<Study> study = run_study(name, scene, options, job);
+        if (!study)
+            return study.status();
+        studies.push_back(std::move(*study));
+    }
+    return {};
+}
+
+/// Before the walk, which takes time.
+Status check_studies(const WalkArguments& arguments) {
+    for (const std::string& name : arguments.studies.empty() ? std::vector<std::string>{} : split(arguments.studies))
+        if (study_summary(name).empty())
+            return {ErrorCode::usage, "unknown study '" + name + "'; antumbra walk --help lists the known ones"};
+    return {};
+}
+
 int finish(const WalkArguments& arguments, const Scene& scene, const Pvs* pvs, const FoundPath& path,
-           const WalkResult& result) {
+           const WalkResult& result, std::span<const Study> studies) {
     for (const std::string& text : result.notes)
         note(text);
     if (arguments.common.json)
-        print_json(to_json(scene, path, result));
-    else
+        print_json(to_json(scene, path, result, studies));
+    else {
         print_text(scene, path, result);
+        for (const Study& study : studies)
+            print_study(study);
+    }
     if (!arguments.report.empty()) {
         ReportOptions options;
         options.path_description = path.description;
+        options.studies = studies;
         Result<std::string> page = make_report(scene, pvs, result, options, make_job(arguments.common));
         if (!page)
             return fail(page.status());
@@ -189,6 +261,8 @@ int run_walk(WalkArguments& arguments) {
                                  &end) != 2 ||
                      std::size_t(end) != arguments.size.size())
         return fail({ErrorCode::usage, "--size wants WIDTHxHEIGHT such as 640x360, not '" + arguments.size + "'"});
+    if (Status status = check_studies(arguments); !status)
+        return fail(status);
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
@@ -225,7 +299,10 @@ int run_walk(WalkArguments& arguments) {
     Result<WalkResult> result = walk(*scene, path->views, arguments.options, job);
     if (!result)
         return fail(result.status());
-    return finish(arguments, *scene, pvs ? &*pvs : nullptr, *path, *result);
+    std::vector<Study> studies;
+    if (Status status = run_studies(arguments, *scene, *path, job, studies); !status)
+        return fail(status);
+    return finish(arguments, *scene, pvs ? &*pvs : nullptr, *path, *result, studies);
 }
 
 } // namespace
@@ -251,6 +328,10 @@ void add_walk(CLI::App& app) {
         known += (known.empty() ? "" : ", ") + std::string(name);
     command.add_option("--cull", arguments->cull,
                        "Methods, by commas, or all [none,frustum and, with --pvs, pvs]. Known: " + known);
+    std::string studies;
+    for (std::string_view name : study_names())
+        studies += (studies.empty() ? "" : "; ") + std::string(name) + ": " + std::string(study_summary(name));
+    command.add_option("--study", arguments->studies, "Papers to make again on this scene, by commas. " + studies);
     command.add_option("--occluders", options.occluders, "Occluders per frame, for methods that choose some [theirs]");
     command.add_option("--repeat", options.repeat, "Times that the walk is timed")
         ->check(CLI::PositiveNumber)

@@ -140,16 +140,10 @@ class Culler {
     virtual void cull(const View& view, ViewState& state, CullResult& result) const = 0;
 };
 
-/// How `planes` works: the same theory, once for today's processors and once as Coorg and Teller published it
-/// (relations of one occluder and one box, tangent look-up, joined occluders, cached planes, occluder sets per leaf
-/// and direction).
-enum class PlanesForm : std::uint8_t { modern, published };
-
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
-    /// `planes`: occluders per frame, 0..64.
+    /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256.
     std::uint32_t occluders = 64;
-    PlanesForm planes_form = PlanesForm::modern;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
     int raster_width = 384;
     /// `hzb`, `masked`: polygons drawn per frame at most.

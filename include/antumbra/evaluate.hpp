@@ -8,6 +8,7 @@
 #include <antumbra/job.hpp>
 #include <antumbra/pvs.hpp>
 #include <antumbra/scene.hpp>
+#include <antumbra/study.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -171,6 +172,7 @@ const WalkMethod* find_broken_promise(const WalkResult& result);
 struct ReportOptions {
     std::string path_description;    ///< of FoundPath
     std::uint32_t plan_pixels = 640; ///< along the longer side of the view from above
+    std::span<const Study> studies;  ///< shown after the walk
 };
 
 /// The walk as one HTML page that opens from disk and loads nothing: tables, plots, pictures with culling off and on,

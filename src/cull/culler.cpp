@@ -23,6 +23,8 @@ constexpr std::array kMethods{
     Method{"hzb", "hierarchical z-buffer of conservatively drawn occluders, scalar", make_hzb},
     Method{"masked", "masked depth buffer, occluders drawn as a front-to-back walk meets them", make_masked},
     Method{"planes", "shadows of the largest convex occluders (Coorg, Teller 1997)", make_planes},
+    Method{"planes-published", "the same as published: a kd-tree, cached relations of occluders and nodes",
+           make_published_planes},
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };
 

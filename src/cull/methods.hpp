@@ -14,7 +14,7 @@ CullerPointer make_frustum_scalar(const CullScene& scene);
 Result<CullerPointer> make_frustum(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_hzb(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_masked(const CullScene& scene, const CullerOptions& options);
-CullerPointer make_published_planes(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_published_planes(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options);
 

@@ -245,8 +245,6 @@ class Planes final : public Culler {
 } // namespace
 
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options) {
-    if (options.planes_form == PlanesForm::published)
-        return CullerPointer(make_published_planes(scene, options));
     if (options.occluders > kMostOccluders)
         return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than planes takes; use at most 64");
     BoxKernel boxes = box_kernel(options.instruction_set);

@@ -61,7 +61,7 @@ class PublishedPlanes final : public Culler {
         if (!box.empty())
             extent_ = length(to_double(box.max)) + length(to_double(box.min));
     }
-    std::string_view name() const override { return "planes"; }
+    std::string_view name() const override { return "planes-published"; }
     Guarantee guarantee() const override { return Guarantee::conservative; }
 
     void cull(const View& view, ViewState& view_state, CullResult& result) const override {
@@ -329,8 +329,8 @@ class PublishedPlanes final : public Culler {
 
 } // namespace
 
-CullerPointer make_published_planes(const CullScene& scene, const CullerOptions& options) {
-    return std::make_unique<PublishedPlanes>(scene, options);
+Result<CullerPointer> make_published_planes(const CullScene& scene, const CullerOptions& options) {
+    return CullerPointer(std::make_unique<PublishedPlanes>(scene, options));
 }
 
 } // namespace antumbra

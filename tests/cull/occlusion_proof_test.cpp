@@ -15,10 +15,6 @@ int frames() {
 }
 
 std::unique_ptr<Culler> make(const char* name, const Stage& stage, CullerOptions options = {}) {
-    if (std::string_view(name) == "planes-published") {
-        name = "planes";
-        options.planes_form = PlanesForm::published;
-    }
     auto culler = make_culler(name, stage.cull_scene, options);
     EXPECT_TRUE(culler.ok()) << culler.status().message();
     return std::move(culler).value();

@@ -32,11 +32,7 @@ struct Builder {
     }
 };
 
-struct Method {
-    const char* name;
-    PlanesForm form = PlanesForm::modern;
-};
-const Method kMethods[] = {{"hzb"}, {"masked"}, {"planes"}, {"planes", PlanesForm::published}};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published"};
 
 View looking(const Vec3d& eye = {0, 0, 0}, const Vec3d& way = {0, 0, -1}) {
     View view;
@@ -58,20 +54,18 @@ void expect(const Builder& builder, View view, std::uint32_t object, bool visibl
     view.eye = scene->to_local(view.eye + builder.shift);
     view.target = scene->to_local(view.target + builder.shift);
     Stage stage(std::move(*scene));
-    for (const Method& method : kMethods) {
-        CullerOptions options;
-        options.planes_form = method.form;
-        bool published = method.form == PlanesForm::published;
-        auto culler = make_culler(method.name, stage.cull_scene, options);
+    for (const char* method : kMethods) {
+        bool published = std::string_view(method) == "planes-published";
+        auto culler = make_culler(method, stage.cull_scene);
         ASSERT_TRUE(culler.ok());
         ViewState state;
         CullResult result;
         for (int frame = 0; frame < 3; ++frame) // the later ones with warm caches
             (*culler)->cull(view, state, result);
         if (visible) {
-            EXPECT_TRUE(result.is_visible(object)) << what << ": " << method.name << (published ? " (published)" : "");
+            EXPECT_TRUE(result.is_visible(object)) << what << ": " << method;
         } else if (!published || (view.projection == Projection::perspective && rule == Published::same)) {
-            EXPECT_FALSE(result.is_visible(object)) << what << ": " << method.name << (published ? " (published)" : "");
+            EXPECT_FALSE(result.is_visible(object)) << what << ": " << method;
         }
     }
 }
@@ -304,13 +298,12 @@ TEST(Safety, no_occluders_or_none_allowed_means_frustum_only_and_says_so) {
     thing = solid.wall(-1, 1, -1, 1, -6);
     Result<Scene> made = Scene::create(solid.raw);
     Stage stage(std::move(*made));
-    for (PlanesForm form : {PlanesForm::modern, PlanesForm::published}) {
+    for (const char* method : {"planes", "planes-published"}) {
         CullerOptions options;
         options.occluders = 0;
-        options.planes_form = form;
         ViewState state;
         CullResult result;
-        (*make_culler("planes", stage.cull_scene, options))->cull(looking(), state, result);
+        (*make_culler(method, stage.cull_scene, options))->cull(looking(), state, result);
         EXPECT_TRUE(result.is_visible(thing));
         EXPECT_STREQ(result.reason, "no occluders allowed: frustum only");
     }

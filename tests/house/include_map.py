@@ -30,7 +30,7 @@ MAY_INCLUDE = {
 # Public headers and the module that each belongs to.
 PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
-    "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "evaluate": "evaluate", "antumbra": "capi",
+    "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "evaluate": "evaluate", "study": "evaluate", "antumbra": "capi",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
 RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "pvs", "cull", "capi"}

@@ -255,6 +255,9 @@ Result<std::string> make_report(const Scene& scene, const Pvs* pvs, const WalkRe
     data["plans"] = plan_list(plans);
     data["outdoors"] = plans.outdoors;
     data["pictures"] = picture_list(pictures);
+    data["studies"] = Json::array();
+    for (const Study& study : options.studies)
+        data["studies"].push_back(Json::parse(study_json(study, true)));
     std::string json = script_json(data);
     std::string title = escape_html(file_name(scene.source()) + " - Antumbra walk");
     return fill_template(report_template, {{"title", title},

@@ -151,6 +151,7 @@
   const drawPlots = () => {
     for (const plot of plots) plot.destroy();
     plots = [];
+    drawStudyPlots();
     const place = byId('plots');
     place.replaceChildren();
     const sync = uPlot.sync('frames');
@@ -174,6 +175,69 @@
       plot.over.addEventListener('click', () => { if (plot.cursor.idx !== null) showFrame(plot.cursor.idx); });
       plots.push(plot);
     }
+  };
+
+  // -- studies: published figures beside ours -----------------------------------------------------------------------
+  const fillStudies = () => {
+    data.studies.forEach((study, s) => {
+      const section = element('section', { class: 'study', 'aria-labelledby': `study-${s}` }, element('h2', { id: `study-${s}` }, study.title),
+        element('p', { class: 'lead' }, 'After ', element('cite', {}, study.source), '. Rows marked “published” are quoted from it; all others were measured here.'));
+      for (const paragraph of study.text.split(/\n\s*\n/)) if (paragraph.trim()) section.append(element('p', {}, paragraph.trim()));
+      study.tables.forEach((table, t) => {
+        const words = table.columns.map((_, c) => table.rows.some((row) => typeof row.cells[c] === 'string') ? 'words' : '');
+        const head = element('tr');
+        table.columns.forEach((column, c) => head.append(element('th', { scope: 'col', class: words[c] }, column.title + (column.unit ? `, ${column.unit}` : ''))));
+        head.append(element('th', { scope: 'col', class: 'words' }, 'figures'));
+        const body = element('tbody');
+        for (const row of table.rows) {
+          const line = element('tr', { class: row.origin });
+          row.cells.forEach((cell, c) => {
+            const shown = cell === null ? '–' : typeof cell === 'string' ? cell : cell.toLocaleString('en', { minimumFractionDigits: table.columns[c].digits, maximumFractionDigits: table.columns[c].digits });
+            line.append(element(c === 0 ? 'th' : 'td', c === 0 ? { scope: 'row' } : { class: words[c] }, shown));
+          });
+          line.append(element('td', { class: 'words' }, row.origin));
+          body.append(line);
+        }
+        section.append(element('h3', { id: `study-${s}-${t}` }, table.title));
+        if (table.note) section.append(element('p', { class: 'muted' }, table.note));
+        section.append(element('div', { class: 'scroll', role: 'region', 'aria-labelledby': `study-${s}-${t}`, tabindex: 0 },
+          element('table', {}, element('thead', {}, head), body)));
+      });
+      section.append(element('div', { class: 'study-plots', id: `study-plots-${s}` }));
+      for (const picture of study.pictures)
+        section.append(element('figure', {}, element('img', { src: 'data:image/png;base64,' + picture.png, alt: picture.caption }), element('figcaption', {}, picture.caption)));
+      if (study.notes.length) section.append(element('ul', { class: 'muted' }, ...study.notes.map((note) => element('li', {}, note))));
+      byId('studies').append(section);
+    });
+  };
+  // Lines of a plot may have places of their own: the union of all, gaps bridged.
+  let studyPlots = [];
+  const drawStudyPlots = () => {
+    for (const plot of studyPlots) plot.destroy();
+    studyPlots = [];
+    data.studies.forEach((study, s) => {
+      const place = byId(`study-plots-${s}`);
+      place.replaceChildren();
+      for (const spec of study.plots) {
+        const box = element('div', { class: 'plot' }, element('h3', {}, spec.title));
+        place.append(box);
+        const places = [...new Set(spec.series.flatMap((one) => one.x))].sort((a, b) => a - b);
+        const values = spec.series.map((one) => {
+          const known = new Map(one.x.map((x, k) => [x, one.y[k]]));
+          return places.map((x) => (known.has(x) ? known.get(x) : undefined));
+        });
+        const axis = { stroke: colour('muted'), grid: { stroke: colour('line'), width: 1 }, ticks: { stroke: colour('line'), width: 1 } };
+        const number = (v) => (v === null || v === undefined ? '–' : Number(v.toPrecision(4)).toLocaleString('en'));
+        studyPlots.push(new uPlot({
+          width: box.clientWidth - 16, height: 240,
+          scales: { x: { time: false, distr: spec.logarithmic_x ? 3 : 1 }, y: spec.logarithmic_y ? { distr: 3 } : { range: (u, low, high) => [Math.min(0, low), high > 0 ? high * 1.05 : 1] } },
+          axes: [{ ...axis, label: spec.x_title }, { ...axis, label: spec.y_title, size: 62 }],
+          series: [{ label: spec.x_title, value: (u, v) => number(v) }, ...spec.series.map((one, k) => ({
+            label: one.label + (one.origin === 'published' ? ' (published)' : ''), stroke: colour('series-' + k % 8), width: 1.5,
+            dash: one.origin === 'published' ? [6, 4] : undefined, points: { show: places.length < 60 }, value: (u, v) => number(v), spanGaps: false }))],
+        }, [places, ...values], box));
+      }
+    });
   };
 
   // -- the plan -----------------------------------------------------------------------------------------------------
@@ -395,6 +459,7 @@
 
   fillHead();
   fillMethods();
+  fillStudies();
   setUpPlan();
   setUpPictures();
   fillWorst();

@@ -1,0 +1,10 @@
+// The studies, one file per paper. Each is added to the list in studies.cpp.
+#pragma once
+
+#include <antumbra/study.hpp>
+
+namespace antumbra {
+
+Result<Study> study_coorg_teller(const Scene& scene, const StudyOptions& options, const Job& job);
+
+} // namespace antumbra
