@@ -61,10 +61,34 @@ struct ViewTreeOptions {
     std::uint32_t tile_depth = 2;
 };
 
+/// What a bake lists. Objects are listed in any case.
+enum class Granularity : std::uint8_t {
+    object,
+    cluster,  ///< objects of many triangles are cut into ranges of these
+    triangle, ///< every triangle on its own
+};
+
+/// How the exact query is answered (docs/methods/exact.md). Both forms are exact and list the same.
+enum class ExactForm : std::uint8_t {
+    fast,      ///< lazy: a line in each piece names its next blocker; ends with the first unblocked one
+    published, ///< Nirenstein, Blake, Gain 2002: every occluder subtracted from a complex of polytopes with face lattices
+};
+
+/// Method "exact" only.
+struct ExactOptions {
+    ExactForm form = ExactForm::fast;
+    Granularity granularity = Granularity::object;
+    std::uint32_t cluster_triangles = 256; ///< the most in a cluster
+    /// Budget of one query in pieces; beyond it its target is listed as visible and counted as undecided.
+    std::uint32_t max_pieces = 20000;
+    bool operator==(const ExactOptions&) const = default;
+};
+
 struct BakeOptions {
     /// "sampled": rays (aggressive). "exact": rays, then a proof for all that they did not find; Subdivision::grid only.
     std::string method = "sampled";
     ViewTreeOptions tree;
+    ExactOptions exact;
     /// The grid, for Subdivision::grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
     std::array<std::uint32_t, 3> cells{16, 4, 16};
     double cell_size = 0;

@@ -5,12 +5,26 @@
 #include "bake/keys.hpp"
 
 #include <algorithm>
+#include <ctime>
 #include <queue>
 
 namespace antumbra::exact {
 namespace {
 
-bool is_set(const std::vector<std::uint64_t>& bits, std::uint32_t k) { return bits[k / 64] >> (k % 64) & 1; }
+constexpr std::uint32_t kRaysAtBox = 6, kRaysAtTriangle = 4, kRaysAfterWitness = 64;
+
+double thread_seconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+GridBox box_of(std::span<const GridPoint> corners) {
+    GridBox box;
+    for (const GridPoint& p : corners)
+        box.extend(p);
+    return box;
+}
 
 double distance_squared(const GridBox& a, const GridBox& b) {
     double sum = 0;
@@ -51,12 +65,20 @@ struct SidesOfBox {
 void CellCounters::add(const CellCounters& other) {
     box_queries += other.box_queries;
     boxes_hidden += other.boxes_hidden;
+    boxes_by_ray += other.boxes_by_ray;
     triangle_queries += other.triangle_queries;
     triangles_hidden += other.triangles_hidden;
     pairs += other.pairs;
+    pairs_handed_down += other.pairs_handed_down;
+    reused += other.reused;
+    boxes_given_up += other.boxes_given_up;
     undecided += other.undecided;
     extended += other.extended;
     by_touch += other.by_touch;
+    effective += other.effective;
+    with_effective += other.with_effective;
+    most_effective = std::max(most_effective, other.most_effective);
+    sampler.add(other.sampler);
     query.add(other.query);
 }
 
@@ -67,112 +89,118 @@ struct CellSolver::State {
     CellOptions options;
     OccludersAlong occluders;
     Query query;
+    SeenUnits seen;
+    CellSampler sampler;
     GridBox cell;
-    std::vector<std::uint64_t>* visible = nullptr;
     CellCounters* counters = nullptr;
-    std::vector<std::uint32_t> unseen;      // per node of several objects: how many are not seen
-    std::vector<std::uint8_t> holds_seen;   // per such node: does it hold one that is
+    const std::atomic<bool>* cancel = nullptr;
     std::vector<std::uint8_t> hidden_alone; // per triangle
-    std::vector<std::uint32_t> root_of_object;
+    std::vector<std::uint32_t> hidden_triangles, hidden_nodes;
     std::vector<std::uint32_t> hits;
 
     State(const SceneTree& t, const Tracer& r, const CellOptions& o)
-        : tree(t), tracer(r), arbiter(r), options(o), occluders(t) {
-        root_of_object.assign(tree.scene().objects().size(), UINT32_MAX);
-        for (std::uint32_t n = 0; n < tree.nodes().size(); ++n) {
-            const SceneTree::Node& node = tree.nodes()[n];
-            if (node.object != SceneTree::kManyObjects && root_of_object[node.object] == UINT32_MAX)
-                root_of_object[node.object] = n; // parents come before their children
-        }
-    }
+        : tree(t), tracer(r), arbiter(r), options(o), occluders(t), seen(t), sampler(t, r, seen),
+          hidden_alone(t.corners_count(), 0) {}
 
-    bool seen(std::uint32_t object) const { return is_set(*visible, object); }
+    bool cancelled() const { return cancel && cancel->load(std::memory_order_relaxed); }
     void begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count);
-    void see(std::uint32_t object);
-    Answer ask(std::span<const GridPoint> s, std::span<const GridPoint> t, std::uint64_t key, Witness* witness);
+    QueryResult ask(int from, std::span<const GridPoint> t, std::uint64_t key, bool box);
     Answer ask_box(std::uint32_t node);
     Answer ask_triangle(std::uint32_t triangle, Witness* witness);
     void extend(const Witness& witness);
     void decide_triangle(std::uint32_t triangle);
+    void hide_node(std::uint32_t node);
+    void hide_triangle(std::uint32_t triangle);
+    bool open(std::uint32_t node);
 };
 
 void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count) {
     cell = box;
-    visible = &bits;
     counters = &count;
     occluders.forget_hidden();
-    hidden_alone.assign(tree.corners_count(), 0);
-    std::size_t n = tree.nodes().size();
-    unseen.assign(n, 0);
-    holds_seen.assign(n, 0);
-    for (std::uint32_t o = 0; o < root_of_object.size(); ++o) {
-        if (tree.scene().objects()[o].has(kAlwaysVisible))
-            bits[o / 64] |= std::uint64_t(1) << (o % 64);
-        std::uint32_t at = root_of_object[o];
-        if (at == UINT32_MAX)
+    for (std::uint32_t t : hidden_triangles)
+        hidden_alone[t] = 0;
+    hidden_triangles.clear();
+    hidden_nodes.clear();
+    const Scene& scene = tree.scene();
+    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+        const Object& object = scene.objects()[o];
+        if (!object.has(kAlwaysVisible))
             continue;
-        bool is_seen = is_set(bits, o);
-        while (at != 0) {
-            at = tree.parents()[at];
-            unseen[at] += !is_seen;
-            holds_seen[at] |= is_seen;
+        std::uint32_t first = o, last = o;
+        if (object.triangle_count > 0) { // units of an object follow each other
+            first = tree.units().of[object.first_triangle];
+            last = tree.units().of[object.first_triangle + object.triangle_count - 1];
+        } else if (tree.units().count() != scene.objects().size()) {
+            continue; // only where objects are the units does it have one
         }
+        for (std::uint32_t u = first; u <= last; ++u)
+            bits[u / 64] |= std::uint64_t(1) << (u % 64);
     }
+    seen.begin(bits);
+    sampler.begin(box, mix_bits(options.seed), count.sampler);
 }
 
-void CellSolver::State::see(std::uint32_t object) {
-    if (seen(object))
-        return;
-    (*visible)[object / 64] |= std::uint64_t(1) << (object % 64);
-    for (std::uint32_t at = root_of_object[object]; at != 0;) {
-        at = tree.parents()[at];
-        --unseen[at];
-        holds_seen[at] = 1;
-    }
-}
-
-Answer CellSolver::State::ask(std::span<const GridPoint> s, std::span<const GridPoint> t, std::uint64_t key,
-                              Witness* witness) {
+QueryResult CellSolver::State::ask(int from, std::span<const GridPoint> t, std::uint64_t key, bool box) {
     QueryOptions q;
     q.rays = options.rays;
-    q.max_pieces = options.max_pieces;
+    q.max_pieces = box ? options.box_pieces : options.max_pieces;
     q.filtered = options.filtered;
     q.patches = options.patches;
+    q.form = options.form;
+    q.cancel = cancel;
     if (!options.filtered)
         q.start = Start::prism_or_hull;
     q.seed = mix_bits(options.seed + mix_bits(key));
-    QueryResult result = query.run(s, t, occluders, q);
+    double start = options.observer ? thread_seconds() : 0;
+    occluders.start_from(options.virtual_occluders ? from : -1);
+    QueryResult result = query.run(face_of(cell, from / 2, from % 2), t, occluders, q);
     ++counters->pairs;
     counters->query.add(result.counters);
-    if (result.answer == Answer::visible && witness)
-        *witness = result.witness;
-    return result.answer;
+    counters->effective += result.effective;
+    counters->with_effective += result.effective > 0;
+    counters->most_effective = std::max(counters->most_effective, result.effective);
+    if (options.observer)
+        options.observer({box, result.answer, result.effective, static_cast<std::uint32_t>(result.counters.pieces),
+                          std::sqrt(distance_squared(cell, box_of(t))), thread_seconds() - start});
+    return result;
 }
 
 /// Does any line from the cell reach the box? Over all pairs of faces that look at each other.
 Answer CellSolver::State::ask_box(std::uint32_t n) {
     const GridBox& box = tree.nodes()[n].box;
+    std::uint32_t parent = tree.parents()[n];
     ++counters->box_queries;
     Answer answer = Answer::hidden;
     for (int from = 0; from < 6; ++from) {
         if (!reaches_beyond(box, cell, from / 2, from % 2))
             continue;
-        std::array<GridPoint, 4> s = face_of(cell, from / 2, from % 2);
         for (int to = 0; to < 6; ++to) {
             if (!reaches_beyond(cell, box, to / 2, to % 2) || is_flat_across(box, to / 2))
                 continue;
-            Witness witness;
-            switch (ask(s, face_of(box, to / 2, to % 2), std::uint64_t(n) * 64 + static_cast<unsigned>(6 * from + to),
-                        &witness)) {
+            bool same_plane = to % 2 ? box.max[to / 2] == tree.nodes()[parent].box.max[to / 2]
+                                     : box.min[to / 2] == tree.nodes()[parent].box.min[to / 2];
+            if (n != 0 && same_plane && occluders.is_pair_hidden(parent, from, to)) {
+                ++counters->pairs_handed_down;
+                occluders.mark_pair(n, from, to);
+                continue;
+            }
+            QueryResult result = ask(from, face_of(box, to / 2, to % 2),
+                                     std::uint64_t(n) * 64 + static_cast<unsigned>(6 * from + to), true);
+            switch (result.answer) {
             case Answer::visible:
-                extend(witness);
+                extend(result.witness);
                 return Answer::visible;
             case Answer::undecided:
                 answer = Answer::undecided;
                 break;
             case Answer::hidden:
+                if (options.virtual_occluders)
+                    occluders.mark_pair(n, from, to);
                 break;
             }
+            if (answer == Answer::undecided && options.box_pieces < options.max_pieces)
+                return answer; // it will be opened anyway
         }
     }
     return answer;
@@ -181,9 +209,7 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
 Answer CellSolver::State::ask_triangle(std::uint32_t triangle, Witness* witness) {
     ++counters->triangle_queries;
     const std::array<GridPoint, 3>& corners = tree.corners(triangle);
-    GridBox box;
-    for (const GridPoint& p : corners)
-        box.extend(p);
+    GridBox box = box_of(corners);
     SidesOfBox sides(corners, cell);
     Answer answer = Answer::hidden;
     for (int turned = 0; turned < 2; ++turned) {
@@ -196,11 +222,14 @@ Answer CellSolver::State::ask_triangle(std::uint32_t triangle, Witness* witness)
             if (!reaches_beyond(box, cell, from / 2, from % 2))
                 continue;
             std::uint64_t key = (std::uint64_t(triangle) << 32 | 0x80000000u) + static_cast<unsigned>(2 * from + turned);
-            Answer one = ask(face_of(cell, from / 2, from % 2), t, key, witness);
-            if (one == Answer::visible)
-                return one;
-            if (one == Answer::undecided)
-                answer = one;
+            QueryResult result = ask(from, t, key, false);
+            if (result.answer == Answer::visible) {
+                if (witness)
+                    *witness = result.witness;
+                return result.answer;
+            }
+            if (result.answer == Answer::undecided)
+                answer = result.answer;
         }
     }
     return answer;
@@ -216,39 +245,91 @@ void CellSolver::State::extend(const Witness& witness) {
     hits.clear();
     tracer.seen({eye, tree.to_local(d)}, hits);
     for (std::uint32_t t : hits) {
-        std::uint32_t object = tree.scene().triangle_objects()[t];
-        if (!seen(object) && arbiter.sees(eye, toward, t) == Verdict::clear) {
-            ++counters->extended;
-            see(object);
+        std::uint32_t unit = tree.units().of[t];
+        if (seen.seen(unit) || arbiter.sees(eye, toward, t) != Verdict::clear)
+            continue;
+        ++counters->extended;
+        seen.see(unit);
+        if (options.sample_between) {
+            sampler.mutate(witness.near_p, witness.near_q, t);
+            sampler.follow(kRaysAfterWitness);
         }
     }
 }
 
+void CellSolver::State::hide_triangle(std::uint32_t triangle) {
+    ++counters->triangles_hidden;
+    hidden_alone[triangle] = 1;
+    hidden_triangles.push_back(triangle);
+}
+
+void CellSolver::State::hide_node(std::uint32_t n) {
+    const SceneTree::Node& node = tree.nodes()[n];
+    hidden_nodes.push_back(n);
+    if (options.virtual_occluders) {
+        occluders.mark_hidden(n);
+        return;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+        hidden_alone[tree.order()[i]] = 1;
+        hidden_triangles.push_back(tree.order()[i]);
+    }
+}
+
 void CellSolver::State::decide_triangle(std::uint32_t triangle) {
-    std::uint32_t object = tree.scene().triangle_objects()[triangle];
-    if (seen(object))
+    std::uint32_t unit = tree.units().of[triangle];
+    if (seen.seen(unit))
         return;
     if (touches(cell, tree.corners(triangle))) {
         SidesOfBox sides(tree.corners(triangle), cell);
         if (sides.front || (sides.back && tree.both_sides(triangle))) {
             ++counters->by_touch;
-            see(object);
+            seen.see(unit);
         }
         return;
     }
-    switch (ask_triangle(triangle, nullptr)) {
+    if (options.sample_between && sampler.aim_at_triangle(triangle, kRaysAtTriangle))
+        return;
+    Witness witness;
+    switch (ask_triangle(triangle, &witness)) {
     case Answer::visible:
-        see(object);
+        seen.see(unit);
+        if (options.sample_between) {
+            sampler.mutate(witness.near_p, witness.near_q, triangle);
+            sampler.follow(kRaysAfterWitness);
+        }
         break;
     case Answer::undecided:
+        if (cancelled())
+            break;
         ++counters->undecided;
-        see(object);
+        seen.see(unit);
         break;
     case Answer::hidden:
-        ++counters->triangles_hidden;
-        hidden_alone[triangle] = 1;
+        hide_triangle(triangle);
         break;
     }
+}
+
+/// Is there more to do below this node? Asks for its box unless it is known to be reached.
+bool CellSolver::State::open(std::uint32_t n) {
+    const SceneTree::Node& node = tree.nodes()[n];
+    if (occluders.is_hidden(n) || seen.all_seen(n))
+        return false;
+    if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= 1)
+        return true;
+    if (options.sample_between && sampler.aim_at_box(node.box, kRaysAtBox)) {
+        ++counters->boxes_by_ray;
+        return !seen.all_seen(n);
+    }
+    Answer answer = ask_box(n);
+    if (answer == Answer::hidden) {
+        ++counters->boxes_hidden;
+        hide_node(n);
+        return false;
+    }
+    counters->boxes_given_up += answer == Answer::undecided;
+    return !seen.all_seen(n);
 }
 
 CellSolver::CellSolver(const SceneTree& tree, const Tracer& tracer, const CellOptions& options)
@@ -256,65 +337,63 @@ CellSolver::CellSolver(const SceneTree& tree, const Tracer& tracer, const CellOp
 CellSolver::~CellSolver() = default;
 
 bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible, CellCounters& counters,
-                       const std::function<bool()>& cancelled) {
+                       std::span<const std::uint32_t> hidden, const std::atomic<bool>* cancel) {
     State& s = *state_;
     const SceneTree& tree = s.tree;
+    s.cancel = cancel;
     s.begin(cell, visible, counters);
+    for (std::uint32_t n : hidden)
+        s.hide_node(n);
+    s.sampler.look_around(s.options.look_around);
+    s.sampler.follow(s.options.follow);
     using Entry = std::pair<double, std::uint32_t>; // nearest first, then by number
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     queue.push({0, 0});
     while (!queue.empty()) {
-        if (cancelled && cancelled())
+        if (s.cancelled())
             return false;
         std::uint32_t n = queue.top().second;
         queue.pop();
-        const SceneTree::Node& node = tree.nodes()[n];
-        bool many = node.object == SceneTree::kManyObjects;
-        auto settled = [&] { return many ? s.unseen[n] == 0 : s.seen(node.object); };
-        if (settled())
+        if (!s.open(n))
             continue;
-        bool known_reached = (many && s.holds_seen[n]) || cell.touches(node.box);
-        if (!known_reached && node.count > 1) {
-            if (s.ask_box(n) == Answer::hidden) {
-                ++counters.boxes_hidden;
-                if (s.options.virtual_occluders)
-                    s.occluders.mark_hidden(n);
-                else
-                    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                        s.hidden_alone[tree.order()[i]] = 1;
-                continue;
-            }
-            if (settled())
-                continue;
-        }
+        const SceneTree::Node& node = tree.nodes()[n];
         if (node.children == 0) {
-            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                s.decide_triangle(tree.order()[i]);
+            for (std::uint32_t i = node.first; i < node.first + node.count && !s.cancelled(); ++i)
+                if (!s.hidden_alone[tree.order()[i]])
+                    s.decide_triangle(tree.order()[i]);
             continue;
         }
         for (std::uint32_t c = node.children; c < node.children + 2; ++c)
             queue.push({distance_squared(tree.nodes()[c].box, cell), c});
     }
-    return true;
+    return !s.cancelled();
 }
 
 Answer CellSolver::ask_triangle(const GridBox& cell, std::uint32_t triangle, CellCounters& counters,
                                 Witness* witness) {
     state_->cell = cell;
     state_->counters = &counters;
+    state_->cancel = nullptr;
     return state_->ask_triangle(triangle, witness);
 }
 
-std::vector<std::uint32_t> CellSolver::hidden_triangles() const {
-    std::vector<std::uint32_t> triangles;
+std::vector<std::uint32_t> CellSolver::hidden_nodes() const {
     const SceneTree& tree = state_->tree;
-    for (std::uint32_t n = 0; n < tree.nodes().size(); ++n)
-        if (state_->occluders.is_hidden(n))
-            for (std::uint32_t i = 0; i < tree.nodes()[n].count; ++i)
-                triangles.push_back(tree.order()[tree.nodes()[n].first + i]);
-    for (std::uint32_t t = 0; t < state_->hidden_alone.size(); ++t)
-        if (state_->hidden_alone[t])
-            triangles.push_back(t);
+    std::vector<std::uint32_t> nodes = state_->hidden_nodes;
+    for (std::uint32_t t : state_->hidden_triangles)
+        if (std::uint32_t leaf = tree.leaf_of(t); tree.nodes()[leaf].count == 1)
+            nodes.push_back(leaf);
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+std::vector<std::uint32_t> CellSolver::hidden_triangles() const {
+    const SceneTree& tree = state_->tree;
+    std::vector<std::uint32_t> triangles = state_->hidden_triangles;
+    for (std::uint32_t n : state_->hidden_nodes)
+        for (std::uint32_t i = 0; i < tree.nodes()[n].count; ++i)
+            triangles.push_back(tree.order()[tree.nodes()[n].first + i]);
     std::sort(triangles.begin(), triangles.end());
     triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
     return triangles;

@@ -59,9 +59,13 @@ bool may_cross(const Vec3d& d, const Vec3d* v, std::size_t n) {
 
 } // namespace
 
-OccludersAlong::OccludersAlong(const SceneTree& tree) : tree_(tree), hidden_(tree.nodes().size(), 0) {}
+OccludersAlong::OccludersAlong(const SceneTree& tree) : tree_(tree), marks_(tree.nodes().size(), 0) {}
 
-void OccludersAlong::forget_hidden() { std::fill(hidden_.begin(), hidden_.end(), std::uint8_t(0)); }
+void OccludersAlong::forget_hidden() {
+    for (std::uint32_t node : marked_)
+        marks_[node] = 0;
+    marked_.clear();
+}
 
 std::array<GridPoint, 4> OccludersAlong::virtual_polygon(const GridBox& box, int k) {
     if (k < 6)
@@ -82,10 +86,17 @@ std::array<GridPoint, 4> OccludersAlong::virtual_polygon(const GridBox& box, int
 
 const certify::Polygon& OccludersAlong::polygon(OccluderId id) {
     polygon_.corners.clear();
-    if (id < kVirtual) {
+    if (id < kFace) {
         for (const GridPoint& p : tree_.corners(id))
             polygon_.corners.push_back(p);
         polygon_.both_sides = tree_.both_sides(id);
+        return polygon_;
+    }
+    if (id < kVirtual) {
+        id -= kFace;
+        for (const GridPoint& p : face_of(tree_.nodes()[id / 6].box, static_cast<int>(id % 6 / 2), id % 2))
+            polygon_.corners.push_back(p);
+        polygon_.both_sides = false;
         return polygon_;
     }
     id -= kVirtual;
@@ -122,7 +133,20 @@ bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t li
         std::uint32_t n = stack_.back().second;
         stack_.pop_back();
         const SceneTree::Node& node = nodes[n];
-        if (hidden_[n]) {
+        std::uint64_t marks = marks_[n];
+        if (from_ >= 0 && !(marks & kHidden) && (marks >> (6 * from_) & 63) != 0) {
+            for (int to = 0; to < 6; ++to) {
+                if (!(marks >> (6 * from_ + to) & 1))
+                    continue;
+                Vec3d v[4];
+                std::array<GridPoint, 4> corners = face_of(node.box, to / 2, to % 2);
+                for (std::size_t i = 0; i < 4; ++i)
+                    v[i] = to_vector(corners[i]) - p;
+                if (may_cross(d, v, 4))
+                    found.push_back(kFace + 6 * n + static_cast<OccluderId>(to));
+            }
+        }
+        if (marks & kHidden) {
             for (int k = 0; k < 12; ++k) {
                 Vec3d v[4];
                 std::array<GridPoint, 4> corners = virtual_polygon(node.box, k);
@@ -163,6 +187,51 @@ bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t li
         }
     }
     return false;
+}
+
+bool OccludersAlong::in_hull(std::span<const GridPlane> around, std::vector<OccluderId>& found) {
+    auto behind = [&](std::span<const GridPoint> corners) {
+        return std::any_of(around.begin(), around.end(), [&](const GridPlane& plane) {
+            return std::all_of(corners.begin(), corners.end(), [&](const GridPoint& p) { return plane.at(p) <= 0; });
+        });
+    };
+    auto misses = [&](const GridBox& box) {
+        return std::any_of(around.begin(), around.end(), [&](const GridPlane& plane) {
+            GridPoint furthest;
+            for (int k = 0; k < 3; ++k)
+                furthest[k] = plane.n[k] > 0 ? box.max[k] : box.min[k];
+            return plane.at(furthest) <= 0;
+        });
+    };
+    std::vector<std::uint32_t> open = {0};
+    while (!open.empty()) {
+        std::uint32_t n = open.back();
+        open.pop_back();
+        const SceneTree::Node& node = tree_.nodes()[n];
+        if (misses(node.box))
+            continue;
+        std::uint64_t marks = marks_[n];
+        if (marks & kHidden) {
+            for (int k = 0; k < 12; ++k) {
+                std::array<GridPoint, 4> corners = virtual_polygon(node.box, k);
+                if (corners[0] != corners[1] && corners[1] != corners[2] && !behind(corners))
+                    found.push_back(kVirtual + 12 * n + static_cast<OccluderId>(k));
+            }
+            continue;
+        }
+        for (int to = 0; from_ >= 0 && to < 6; ++to)
+            if (marks >> (6 * from_ + to) & 1 && !behind(face_of(node.box, to / 2, to % 2)))
+                found.push_back(kFace + 6 * n + static_cast<OccluderId>(to));
+        if (node.children != 0) {
+            open.push_back(node.children + 1);
+            open.push_back(node.children);
+            continue;
+        }
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+            if (std::uint32_t t = tree_.order()[i]; tree_.occludes(t) && !behind(tree_.corners(t)))
+                found.push_back(t);
+    }
+    return true;
 }
 
 } // namespace antumbra::exact

@@ -1,34 +1,52 @@
 // The occluders along a segment: triangles of the scene, and polygons inside boxes that are known to be hidden.
 #pragma once
 
+#include "bake/exact/frame.hpp"
 #include "bake/exact/query.hpp"
 #include "bake/exact/scene_tree.hpp"
 
 namespace antumbra::exact {
 
 /// One cell's occluders. A hidden box may stand for all that it holds: every line from the cell that would enter it is
-/// blocked before, so any polygon inside it may be taken for an occluder of both sides.
+/// blocked before, so any polygon inside it may be taken for an occluder of both sides. Of a box that is not hidden as a
+/// whole, a face that no line from one face of the cell reaches occludes from its front, for lines from that face
+/// (proven-empty line sets, handed down to what lies behind).
 class OccludersAlong final : public OccluderSource {
   public:
     explicit OccludersAlong(const SceneTree& tree);
 
     void forget_hidden();
-    void mark_hidden(std::uint32_t node) { hidden_[node] = 1; }
-    bool is_hidden(std::uint32_t node) const { return hidden_[node] != 0; }
+    void mark_hidden(std::uint32_t node) { mark(node, kHidden); }
+    bool is_hidden(std::uint32_t node) const { return (marks_[node] & kHidden) != 0; }
+    /// No line from face `from` of the cell reaches face `to` of the node's box (faces: 2 * axis + side).
+    void mark_pair(std::uint32_t node, int from, int to) { mark(node, std::uint64_t(1) << (6 * from + to)); }
+    bool is_pair_hidden(std::uint32_t node, int from, int to) const { return marks_[node] >> (6 * from + to) & 1; }
+    const std::vector<std::uint32_t>& marked() const { return marked_; } ///< nodes with any mark
+    /// The face of the cell that the following queries start from; -1: hidden faces do not take part.
+    void start_from(int face) { from_ = face; }
 
     bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
+    bool in_hull(std::span<const GridPlane> around, std::vector<OccluderId>& found) override;
     const certify::Polygon& polygon(OccluderId id) override;
 
-    bool has_neighbours(OccluderId id) override { return id < kVirtual; }
+    bool has_neighbours(OccluderId id) override { return id < kFace; }
     bool neighbours(OccluderId id, std::size_t edge, std::vector<OccluderId>& found) override;
 
-    /// Ids of virtual polygons: kVirtual + 12 * node + k.
-    static constexpr OccluderId kVirtual = 0x80000000u;
+    /// Ids of polygons inside hidden boxes: kVirtual + 12 * node + k; of hidden faces: kFace + 6 * node + face.
+    static constexpr OccluderId kVirtual = 0x80000000u, kFace = 0x40000000u;
     static std::array<GridPoint, 4> virtual_polygon(const GridBox& box, int k);
 
   private:
+    static constexpr std::uint64_t kHidden = std::uint64_t(1) << 63;
+    void mark(std::uint32_t node, std::uint64_t bits) {
+        if (marks_[node] == 0)
+            marked_.push_back(node);
+        marks_[node] |= bits;
+    }
     const SceneTree& tree_;
-    std::vector<std::uint8_t> hidden_;
+    std::vector<std::uint64_t> marks_; ///< per node
+    std::vector<std::uint32_t> marked_;
+    int from_ = -1;
     certify::Polygon polygon_;
     std::vector<std::pair<double, std::uint32_t>> stack_;
 };

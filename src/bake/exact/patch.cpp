@@ -80,6 +80,8 @@ class Patch {
     Patch(LineStore<F>& store, const Frame& frame, OccluderSource& source, VertexId line)
         : store_(store), frame_(frame), source_(source), line_(line), around_(planes_around(frame)) {}
 
+    std::size_t size() const { return members_.size(); }
+
     bool grow(OccluderId start) {
         members_.assign(1, start);
         inside_ = {start};
@@ -194,8 +196,8 @@ class Patch {
 } // namespace
 
 template <bool F>
-bool patch_hides(LineStore<F>& store, const Frame& frame, OccluderSource& source,
-                 const std::vector<OccluderId>& starts, VertexId line, QueryCounters& counters) {
+std::size_t patch_hides(LineStore<F>& store, const Frame& frame, OccluderSource& source,
+                        const std::vector<OccluderId>& starts, VertexId line, QueryCounters& counters) {
     Patch<F> patch(store, frame, source, line);
     int tried = 0;
     for (OccluderId start : starts) {
@@ -206,15 +208,15 @@ bool patch_hides(LineStore<F>& store, const Frame& frame, OccluderSource& source
         ++counters.patches_tried;
         if (patch.grow(start)) {
             ++counters.patches_proved;
-            return true;
+            return patch.size();
         }
     }
-    return false;
+    return 0;
 }
 
-template bool patch_hides(LineStore<true>&, const Frame&, OccluderSource&, const std::vector<OccluderId>&, VertexId,
+template std::size_t patch_hides(LineStore<true>&, const Frame&, OccluderSource&, const std::vector<OccluderId>&, VertexId,
                           QueryCounters&);
-template bool patch_hides(LineStore<false>&, const Frame&, OccluderSource&, const std::vector<OccluderId>&, VertexId,
+template std::size_t patch_hides(LineStore<false>&, const Frame&, OccluderSource&, const std::vector<OccluderId>&, VertexId,
                           QueryCounters&);
 
 } // namespace antumbra::exact

@@ -10,6 +10,12 @@ bool OccluderList::near_segment(const Vec3d&, const Vec3d&, std::size_t, std::ve
     return false;
 }
 
+bool OccluderList::in_hull(std::span<const GridPlane>, std::vector<OccluderId>& found) {
+    for (std::size_t k = 0; k < polygons_.size(); ++k)
+        found.push_back(static_cast<OccluderId>(k));
+    return true;
+}
+
 void QueryCounters::add(const QueryCounters& o) {
     pieces += o.pieces;
     subtractions += o.subtractions;

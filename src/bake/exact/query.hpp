@@ -4,9 +4,12 @@
 // Every sign is exact; there is no tolerance. Method and proofs: docs/methods/exact.md.
 #pragma once
 
-#include "bake/exact/line_store.hpp"
+#include "bake/exact/frame.hpp"
 #include "certify/certificate.hpp"
 
+#include <antumbra/bake.hpp>
+
+#include <atomic>
 #include <memory>
 #include <span>
 #include <vector>
@@ -23,6 +26,10 @@ class OccluderSource {
     /// no harm. May stop once `limit` are found; returns whether it did. Deterministic.
     virtual bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit,
                               std::vector<OccluderId>& found) = 0;
+    /// Appends at least every occluder that reaches strictly in front of all these planes (grid coordinates), whose fronts
+    /// meet in the hull of the two polygons of a query. The published form asks for all occluders at once. False:
+    /// not supported.
+    virtual bool in_hull(std::span<const GridPlane>, std::vector<OccluderId>&) { return false; }
     /// The polygon behind an id: convex, planar, with an area. Valid until the next call.
     virtual const certify::Polygon& polygon(OccluderId id) = 0;
     /// Is this occluder part of a surface whose neighbours are known?
@@ -37,6 +44,7 @@ class OccluderList final : public OccluderSource {
   public:
     explicit OccluderList(std::span<const certify::Polygon> polygons) : polygons_(polygons) {}
     bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
+    bool in_hull(std::span<const GridPlane> around, std::vector<OccluderId>& found) override;
     const certify::Polygon& polygon(OccluderId id) override { return polygons_[id]; }
 
   private:
@@ -63,6 +71,9 @@ struct QueryOptions {
     bool patches = true;           ///< try connected surfaces as single occluders where neighbours are known
     std::uint32_t max_pieces = 100000; ///< budget; beyond it the answer is `undecided`
     std::uint64_t seed = 1;
+    ExactForm form = ExactForm::fast;
+    bool complete = false; ///< published form: go on after the first unblocked line, and keep all of them
+    const std::atomic<bool>* cancel = nullptr; ///< once true: `undecided`, soon
 };
 
 struct QueryCounters {
@@ -86,7 +97,10 @@ struct QueryResult {
     Answer answer = Answer::undecided;
     Witness witness;                           ///< if visible
     certify::HiddenTree tree;                  ///< if hidden and asked for; occluders are indices into `blockers`
-    std::vector<OccluderId> blockers;          ///< the effective occluders, in the order of their first use
+    std::vector<OccluderId> blockers;          ///< the occluders subtracted, in the order of their first use
+    /// Effective occluders: those that the ray stage chose (published form), that were subtracted (fast form), or the
+    /// triangles of the connected surface that hides all.
+    std::uint32_t effective = 0;
     QueryCounters counters;
 };
 

@@ -88,12 +88,14 @@ std::size_t partition(std::vector<Item>& items, std::size_t first, std::size_t c
 
 struct SceneTree::Builder {
     SceneTree& tree;
-    std::vector<Item> objects, triangles;
+    std::vector<Item> triangles;
 
     void set_leaf(std::uint32_t node, std::size_t first, std::size_t count) {
-        tree.nodes_[node].first = static_cast<std::uint32_t>(tree.order_.size());
-        tree.nodes_[node].count = static_cast<std::uint32_t>(count);
+        Node& n = tree.nodes_[node];
+        n.first = static_cast<std::uint32_t>(tree.order_.size());
+        n.count = static_cast<std::uint32_t>(count);
         for (std::size_t i = first; i < first + count; ++i) {
+            n.box.extend(triangles[i].box);
             tree.order_.push_back(triangles[i].id);
             tree.leaf_of_[triangles[i].id] = node;
         }
@@ -113,33 +115,65 @@ struct SceneTree::Builder {
         n.first = a.first;
         n.count = a.count + b.count;
         n.object = a.object == b.object ? a.object : kManyObjects;
+        n.unit = a.unit == b.unit ? a.unit : kManyObjects;
+        n.units = n.unit != kManyObjects ? 1 : a.units + b.units;
     }
-    void build_triangles(std::uint32_t node, std::size_t first, std::size_t count, std::uint32_t object) {
-        tree.nodes_[node].object = object;
+    /// The triangles of one unit.
+    void build_triangles(std::uint32_t node, std::size_t first, std::size_t count) {
         if (count <= kLeafTriangles) {
-            for (std::size_t i = first; i < first + count; ++i)
-                tree.nodes_[node].box.extend(triangles[i].box);
             set_leaf(node, first, count);
+            Node& n = tree.nodes_[node];
+            n.object = tree.scene_->triangle_objects()[triangles[first].id];
+            n.unit = tree.units_.of[triangles[first].id];
+            n.units = 1;
             return;
         }
         std::size_t middle = partition(triangles, first, count);
         std::uint32_t children = add_children(node);
-        build_triangles(children, first, middle - first, object);
-        build_triangles(children + 1, middle, first + count - middle, object);
+        build_triangles(children, first, middle - first);
+        build_triangles(children + 1, middle, first + count - middle);
         close(node);
-        tree.nodes_[node].object = object;
     }
-    void build_objects(std::uint32_t node, std::size_t first, std::size_t count) {
+    /// Items [first, first + count) of a level; `build_one` goes on below a single one.
+    template <class BuildOne>
+    void build_level(std::uint32_t node, std::vector<Item>& items, std::size_t first, std::size_t count,
+                     const BuildOne& build_one) {
         if (count == 1) {
-            const Object& object = tree.scene_->objects()[objects[first].id];
-            build_triangles(node, object.first_triangle, object.triangle_count, objects[first].id);
+            build_one(node, items[first].id);
             return;
         }
-        std::size_t middle = partition(objects, first, count);
+        std::size_t middle = partition(items, first, count);
         std::uint32_t children = add_children(node);
-        build_objects(children, first, middle - first);
-        build_objects(children + 1, middle, first + count - middle);
+        build_level(children, items, first, middle - first, build_one);
+        build_level(children + 1, items, middle, first + count - middle, build_one);
         close(node);
+    }
+    GridBox box_of(std::uint32_t first, std::uint32_t last) const {
+        GridBox box;
+        for (std::uint32_t t = first; t < last; ++t)
+            box.extend(triangles[t].box); // still in the scene's order: each range is sorted within itself
+        return box;
+    }
+    void build_unit(std::uint32_t node, std::uint32_t unit) {
+        const Units& units = tree.units_;
+        build_triangles(node, units.first[unit], units.first[unit + 1] - units.first[unit]);
+    }
+    void build_object(std::uint32_t node, std::uint32_t index) {
+        const Object& object = tree.scene_->objects()[index];
+        std::uint32_t last = object.first_triangle + object.triangle_count;
+        std::vector<Item> items;
+        for (std::uint32_t u = tree.units_.of[object.first_triangle]; u <= tree.units_.of[last - 1]; ++u)
+            items.push_back({box_of(tree.units_.first[u], tree.units_.first[u + 1]), u});
+        build_level(node, items, 0, items.size(), [&](std::uint32_t n, std::uint32_t unit) { build_unit(n, unit); });
+    }
+    void build_all() {
+        std::vector<Item> items;
+        for (std::uint32_t o = 0; o < tree.scene_->objects().size(); ++o) {
+            const Object& object = tree.scene_->objects()[o];
+            if (object.triangle_count > 0)
+                items.push_back({box_of(object.first_triangle, object.first_triangle + object.triangle_count), o});
+        }
+        build_level(0, items, 0, items.size(), [&](std::uint32_t n, std::uint32_t o) { build_object(n, o); });
     }
 };
 
@@ -185,14 +219,17 @@ void SceneTree::connect_edges() {
     group_first_.push_back(static_cast<std::uint32_t>(edges_.size()));
 }
 
-SceneTree SceneTree::build(const Scene& scene) {
+SceneTree SceneTree::build(const Scene& scene) { return build(scene, Units::objects(scene)); }
+
+SceneTree SceneTree::build(const Scene& scene, Units units) {
     SceneTree tree;
     tree.scene_ = &scene;
+    tree.units_ = std::move(units);
     auto count = static_cast<std::uint32_t>(scene.triangles().size());
     tree.corners_.resize(count);
     tree.leaf_of_.resize(count);
     tree.order_.reserve(count);
-    Builder builder{tree, {}, {}};
+    Builder builder{tree, {}};
     builder.triangles.resize(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         GridBox box;
@@ -203,18 +240,13 @@ SceneTree SceneTree::build(const Scene& scene) {
         }
         builder.triangles[t] = {box, t};
     }
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
-        const Object& object = scene.objects()[o];
-        if (object.triangle_count == 0)
-            continue;
-        GridBox box;
-        for (std::uint32_t t = 0; t < object.triangle_count; ++t)
-            box.extend(builder.triangles[object.first_triangle + t].box);
-        builder.objects.push_back({box, o});
-    }
     tree.nodes_.resize(1);
     tree.parents_.push_back(0);
-    builder.build_objects(0, 0, builder.objects.size());
+    builder.build_all();
+    tree.root_of_.assign(tree.units_.count(), UINT32_MAX);
+    for (std::uint32_t n = 0; n < tree.nodes_.size(); ++n) // parents come before their children
+        if (std::uint32_t unit = tree.nodes_[n].unit; unit != kManyObjects && tree.root_of_[unit] == UINT32_MAX)
+            tree.root_of_[unit] = n;
     tree.connect_edges();
     return tree;
 }

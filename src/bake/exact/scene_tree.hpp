@@ -1,7 +1,8 @@
-// The scene on its integer grid, in a tree of boxes: first objects, then the triangles of each. What exact queries
-// walk from front to back, and where the occluders along a line are found.
+// The scene on its integer grid, in a tree of boxes: first objects, then the units of each, then the triangles of each
+// unit. What exact queries walk from front to back, and where the occluders along a line are found.
 #pragma once
 
+#include "bake/exact/units.hpp"
 #include "geometry/pluecker.hpp"
 
 #include <antumbra/scene.hpp>
@@ -49,12 +50,18 @@ class SceneTree {
         std::uint32_t children = 0; ///< two in a row; 0: a leaf
         std::uint32_t first = 0, count = 0; ///< into order()
         std::uint32_t object = kManyObjects; ///< the object of all its triangles, if there is only one
+        std::uint32_t unit = kManyObjects;   ///< the unit of all its triangles, if there is only one
+        std::uint32_t units = 0;             ///< how many units have triangles below
     };
 
-    /// O(n log n). All triangles of the scene take part.
+    /// O(n log n). All triangles of the scene take part. Without units, every object is one.
     static SceneTree build(const Scene& scene);
+    static SceneTree build(const Scene& scene, Units units);
 
     const Scene& scene() const { return *scene_; }
+    const Units& units() const { return units_; }
+    /// The highest node that holds nothing but this unit; UINT32_MAX if it has no triangle.
+    std::uint32_t root_of(std::uint32_t unit) const { return root_of_[unit]; }
     const std::vector<Node>& nodes() const { return nodes_; }
     /// Parent of each node; the root is its own.
     const std::vector<std::uint32_t>& parents() const { return parents_; }
@@ -80,8 +87,9 @@ class SceneTree {
 
   private:
     const Scene* scene_ = nullptr;
+    Units units_;
     std::vector<Node> nodes_;
-    std::vector<std::uint32_t> parents_, order_, leaf_of_;
+    std::vector<std::uint32_t> parents_, order_, leaf_of_, root_of_;
     std::vector<std::array<GridPoint, 3>> corners_;
     static constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
     std::vector<std::uint32_t> point_of_;              // per corner 3 t + k

@@ -503,8 +503,11 @@ bool Solver<F, W>::random_stage(Answer& answer) {
     for (OccluderId id : found_)
         if (source_->has_neighbours(id) && blocks(prepare(id), line.line) != 0)
             starts.push_back(id);
-    if (starts.empty() || !patch_hides(store_, frame_, *source_, starts, line.line, result_->counters))
+    std::size_t triangles =
+        starts.empty() ? 0 : patch_hides(store_, frame_, *source_, starts, line.line, result_->counters);
+    if (triangles == 0)
         return false;
+    result_->effective = static_cast<std::uint32_t>(triangles);
     answer = Answer::hidden;
     return true;
 }
@@ -584,7 +587,8 @@ RunStatus Solver<F, W>::search(Answer& answer) {
     while (!stack_.empty()) {
         piece = std::move(stack_.back());
         stack_.pop_back();
-        if (++counters.pieces > options_->max_pieces) {
+        if (++counters.pieces > options_->max_pieces ||
+            (options_->cancel && options_->cancel->load(std::memory_order_relaxed))) {
             answer = Answer::undecided;
             return RunStatus::done;
         }
@@ -630,6 +634,7 @@ RunStatus Solver<F, W>::run(std::span<const GridPoint> s, std::span<const GridPo
     prepared_used_ = 0;
     blocker_index_.clear();
     result.blockers.clear();
+    result.effective = 0;
     result.tree.nodes.clear();
     random_ = Random(options.seed);
     if (!frame_.set(s, t)) {
@@ -641,6 +646,8 @@ RunStatus Solver<F, W>::run(std::span<const GridPoint> s, std::span<const GridPo
     RunStatus status = RunStatus::done;
     if (!random_stage(result.answer))
         status = search(result.answer);
+    if (result.effective == 0)
+        result.effective = static_cast<std::uint32_t>(result.blockers.size());
     result.counters.arithmetic.add(store_.counters);
     return status;
 }

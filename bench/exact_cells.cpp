@@ -1,0 +1,244 @@
+// Whole cells by the exact method (Nirenstein, Blake, Gain 2002, section 5): the papers' partitions of the generated town
+// and forest, each triangle a unit.
+//
+//   bench_exact_cells SCENE.. [--cells N] [--csv FILE] [--seed S] [--fast|--published] [--no-OPTION..]
+//
+// SCENE is KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of
+// which the two lowest levels) or forest:1450000:grid (20 x 20). Random cells of those that hold a point in free space.
+// CPU seconds of one thread; a machine of two cores that has cells enough needs half of that per cell.
+#include "bake/exact/cell.hpp"
+#include "bake/viewpoint.hpp"
+#include "base/random.hpp"
+
+#include <antumbra/generate.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <string>
+#include <vector>
+
+using namespace antumbra;
+using namespace antumbra::exact;
+
+namespace {
+
+double cpu_seconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+struct Setup {
+    std::string kind;
+    std::uint64_t triangles = 0;
+    double cell = 0; ///< edge in metres, 0: the paper's grid
+};
+
+Setup parse(const char* text) {
+    char kind[32] = "", cell[32] = "";
+    unsigned long long triangles = 0;
+    if (std::sscanf(text, "%31[^:]:%llu:%31s", kind, &triangles, cell) != 3) {
+        std::fprintf(stderr, "not KIND:TRIANGLES:CELL: %s\n", text);
+        std::exit(2);
+    }
+    return {kind, triangles, std::atof(cell)};
+}
+
+/// Random cells (local, on the grid).
+std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tree, const Tracer& tracer, const Setup& setup,
+                                  std::size_t wanted, std::uint64_t seed) {
+    std::vector<GridBox> cells;
+    Random random(seed, 77);
+    Box3d bounds = to_double(scene.local_bounds());
+    bool forest = setup.kind == "forest";
+    for (int attempt = 0; attempt < 100000 && cells.size() < wanted; ++attempt) {
+        Vec3d low, size;
+        if (setup.cell > 0) {
+            size = {setup.cell, std::min(setup.cell, 2.0), setup.cell};
+            for (int k = 0; k < 3; ++k)
+                low[k] = k == 1 ? bounds.min.y + 1 : random.uniform(bounds.min[k], bounds.max[k] - size[k]);
+        } else {
+            double across = forest ? 20 : 32;
+            size = {bounds.size().x / across, forest ? 4.0 : bounds.size().y / 16, bounds.size().z / across};
+            double level = forest ? 0 : random.below(2);
+            low = {bounds.min.x + size.x * random.below(static_cast<std::uint32_t>(across)), bounds.min.y + size.y * level,
+                   bounds.min.z + size.z * random.below(static_cast<std::uint32_t>(across))};
+        }
+        GridBox box{tree.to_grid(low), tree.to_grid(low + size)};
+        bool free = false;
+        for (int k = 0; k < 64 && !free; ++k)
+            free = is_viewpoint(tracer, {random.uniform(low.x, low.x + size.x), random.uniform(low.y, low.y + size.y),
+                                         random.uniform(low.z, low.z + size.z)});
+        if (free)
+            cells.push_back(box);
+    }
+    return cells;
+}
+
+struct Options {
+    std::size_t cells = 4;
+    std::uint64_t seed = 1;
+    const char* csv = nullptr;
+    const char* queries = nullptr; ///< CSV of effective occluders and times
+    CellOptions cell;
+};
+
+struct ByEffective {
+    std::uint64_t count = 0;
+    double seconds = 0;
+};
+
+void run(const Setup& setup, const Options& options) {
+    Result<RawScene> raw = generate(setup.kind, {setup.triangles, 1, 1});
+    if (!raw) {
+        std::fprintf(stderr, "%s\n", raw.status().message().c_str());
+        std::exit(1);
+    }
+    Result<Scene> scene = Scene::create(std::move(*raw));
+    double start = cpu_seconds();
+    Tracer tracer = Tracer::build(*scene);
+    SceneTree tree = SceneTree::build(*scene, Units::triangles(*scene));
+    double build = cpu_seconds() - start;
+    std::vector<GridBox> cells = choose_cells(*scene, tree, tracer, setup, options.cells, options.seed);
+    CellOptions cell_options = options.cell;
+    std::vector<ByEffective> by_effective(1000);
+    if (options.queries)
+        cell_options.observer = [&](const QueryRecord& record) {
+            ByEffective& bin = by_effective[std::min<std::size_t>(record.effective, by_effective.size() - 1)];
+            ++bin.count;
+            bin.seconds += record.seconds;
+        };
+    CellSolver solver(tree, tracer, cell_options);
+    CellCounters total;
+    double visible_share = 0, worst = 0, sum = 0;
+    std::size_t count = scene->triangles().size();
+    std::vector<double> times;
+    for (const GridBox& cell : cells) {
+        std::vector<std::uint64_t> bits((count + 63) / 64, 0);
+        CellCounters counters;
+        double begin = cpu_seconds();
+        solver.solve(cell, bits, counters);
+        double seconds = cpu_seconds() - begin;
+        std::uint64_t visible = 0;
+        for (std::uint64_t word : bits)
+            visible += static_cast<std::uint64_t>(std::popcount(word));
+        std::uint64_t sampled = counters.sampler.uniform + counters.sampler.guided;
+        std::fprintf(stderr,
+                     "  %.2f s, visible %llu (first sampled %llu, aimed %llu, mutated %llu, extended %llu), rays %llu, boxes %llu "
+                     "(hidden %llu, by ray %llu), triangles %llu (hidden %llu), pairs %llu (+%llu handed down), pieces %llu, "
+                     "effective mean %.1f most %u, undecided %llu\n",
+                     seconds, (unsigned long long)visible, (unsigned long long)sampled,
+                     (unsigned long long)counters.sampler.aimed, (unsigned long long)counters.sampler.mutated,
+                     (unsigned long long)counters.extended, (unsigned long long)counters.sampler.rays,
+                     (unsigned long long)counters.box_queries, (unsigned long long)counters.boxes_hidden,
+                     (unsigned long long)counters.boxes_by_ray, (unsigned long long)counters.triangle_queries,
+                     (unsigned long long)counters.triangles_hidden, (unsigned long long)counters.pairs,
+                     (unsigned long long)counters.pairs_handed_down, (unsigned long long)counters.query.pieces,
+                     (double)counters.effective / (double)std::max<std::uint64_t>(1, counters.with_effective),
+                     counters.most_effective, (unsigned long long)counters.undecided);
+        sum += seconds;
+        worst = std::max(worst, seconds);
+        times.push_back(seconds);
+        visible_share += static_cast<double>(visible) / static_cast<double>(count);
+        total.add(counters);
+    }
+    double n = static_cast<double>(std::max<std::size_t>(cells.size(), 1));
+    std::sort(times.begin(), times.end());
+    double median = times.empty() ? 0 : times[times.size() / 2];
+    std::string cell = setup.cell > 0 ? std::to_string(static_cast<int>(setup.cell)) + " m" : "grid";
+    std::printf("%s,%zu,%s,%zu,%.2f,%.3f,%.3f,%.3f,%.4f,%.0f,%.0f,%.0f,%.0f,%.2f,%u,%llu\n", setup.kind.c_str(), count,
+                cell.c_str(), cells.size(), build, sum / n, median, worst, 100 * (1 - visible_share / n),
+                (double)total.sampler.rays / n, (double)total.box_queries / n, (double)total.triangle_queries / n,
+                (double)total.pairs / n,
+                (double)total.effective / (double)std::max<std::uint64_t>(1, total.with_effective), total.most_effective,
+                (unsigned long long)total.undecided);
+    std::fflush(stdout);
+    if (options.csv)
+        if (std::FILE* file = std::fopen(options.csv, "a")) {
+            std::fprintf(file, "%s,%zu,%s,%zu,%.2f,%.3f,%.3f,%.3f,%.4f,%.0f,%.0f,%.0f,%.0f,%.2f,%u,%llu\n", setup.kind.c_str(),
+                         count, cell.c_str(), cells.size(), build, sum / n, median, worst, 100 * (1 - visible_share / n),
+                         (double)total.sampler.rays / n, (double)total.box_queries / n, (double)total.triangle_queries / n,
+                         (double)total.pairs / n,
+                         (double)total.effective / (double)std::max<std::uint64_t>(1, total.with_effective),
+                         total.most_effective, (unsigned long long)total.undecided);
+            std::fclose(file);
+        }
+    if (!options.queries)
+        return;
+    // Least squares on logarithms, over bins of at least five queries (as in the paper), from one occluder up.
+    double sx = 0, sy = 0, sxx = 0, sxy = 0, weight = 0;
+    if (std::FILE* file = std::fopen(options.queries, "a")) {
+        for (std::size_t m = 1; m + 1 < by_effective.size(); ++m) {
+            const ByEffective& bin = by_effective[m];
+            if (bin.count == 0)
+                continue;
+            double microseconds = 1e6 * bin.seconds / static_cast<double>(bin.count);
+            std::fprintf(file, "%s,%zu,%s,%zu,%llu,%.1f\n", setup.kind.c_str(), count, cell.c_str(), m,
+                         (unsigned long long)bin.count, microseconds);
+            if (bin.count < 5)
+                continue;
+            double x = std::log(static_cast<double>(m)), y = std::log(microseconds);
+            sx += x;
+            sy += y;
+            sxx += x * x;
+            sxy += x * y;
+            weight += 1;
+        }
+        std::fclose(file);
+    }
+    if (weight > 1)
+        std::fprintf(stderr, "  time grows as effective occluders to the power %.2f (published 1.15)\n",
+                     (weight * sxy - sx * sy) / (weight * sxx - sx * sx));
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    std::vector<Setup> setups;
+    CellOptions& cell = options.cell;
+    cell.look_around = 60000;
+    cell.follow = 200000;
+    cell.sample_between = true;
+    for (int k = 1; k < argc; ++k) {
+        auto is = [&](const char* name) { return std::strcmp(argv[k], name) == 0; };
+        auto value = [&] { return k + 1 < argc ? argv[++k] : "0"; };
+        if (is("--cells"))
+            options.cells = static_cast<std::size_t>(std::atoi(value()));
+        else if (is("--seed"))
+            options.seed = static_cast<std::uint64_t>(std::atoll(value()));
+        else if (is("--csv"))
+            options.csv = value();
+        else if (is("--queries"))
+            options.queries = value();
+        else if (is("--look-around"))
+            cell.look_around = static_cast<std::uint32_t>(std::atoi(value()));
+        else if (is("--follow"))
+            cell.follow = static_cast<std::uint32_t>(std::atoi(value()));
+        else if (is("--rays"))
+            cell.rays = static_cast<std::uint32_t>(std::atoi(value()));
+        else if (is("--box-pieces"))
+            cell.box_pieces = static_cast<std::uint32_t>(std::atoi(value()));
+        else if (is("--no-between"))
+            cell.sample_between = false;
+        else if (is("--no-virtual"))
+            cell.virtual_occluders = false;
+        else if (is("--no-patches"))
+            cell.patches = false;
+        else if (is("--published")) {
+            cell.form = ExactForm::published;
+            cell.rays = 200;
+        } else {
+            setups.push_back(parse(argv[k]));
+        }
+    }
+    std::printf("scene,triangles,cell,cells,build_s,mean_s,median_s,worst_s,culled_percent,rays,box_queries,triangle_queries,"
+                "pairs,mean_effective,most_effective,undecided\n");
+    for (const Setup& setup : setups)
+        run(setup, options);
+}

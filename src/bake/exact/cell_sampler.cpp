@@ -1,0 +1,159 @@
+#include "bake/exact/cell_sampler.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace antumbra::exact {
+namespace {
+
+Vec3d to_vector(const GridPoint& p) {
+    return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
+}
+
+/// How far past an edge a ray is aimed, as a share of the triangle's size.
+constexpr double kPastEdge[2] = {0.05, 0.6};
+
+Vec3d unit_direction(Random& random) {
+    for (;;) {
+        Vec3d v{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        double square = dot(v, v);
+        if (square > 1e-4 && square <= 1)
+            return v;
+    }
+}
+
+} // namespace
+
+CellSampler::CellSampler(const SceneTree& tree, const Tracer& tracer, SeenUnits& seen)
+    : tree_(tree), tracer_(tracer), scene_(tree.scene()), arbiter_(tracer), seen_(seen) {}
+
+void CellSampler::begin(const GridBox& cell, std::uint64_t seed, SamplerCounters& counters) {
+    cell_ = {tree_.to_local(to_vector(cell.min)), tree_.to_local(to_vector(cell.max))};
+    random_ = Random(seed, 0x7261797356697369u);
+    counters_ = &counters;
+    leads_.clear();
+    next_lead_ = 0;
+}
+
+Vec3d CellSampler::random_eye() {
+    Vec3d eye;
+    for (int k = 0; k < 3; ++k)
+        eye[k] = std::clamp(random_.uniform(cell_.min[k], cell_.max[k]), cell_.min[k], cell_.max[k]);
+    return eye;
+}
+
+/// Where the ray ends (in lengths of `direction`).
+double CellSampler::cast(const Vec3d& eye, const Vec3d& direction, Kind kind) {
+    ++counters_->rays;
+    hits_.clear();
+    Hit hit = tracer_.seen({eye, direction}, hits_);
+    for (std::uint32_t t : hits_) {
+        std::uint32_t unit = tree_.units().of[t];
+        if (seen_.seen(unit) || arbiter_.sees(eye, eye + direction, t) != Verdict::clear)
+            continue;
+        seen_.see(unit);
+        ++(kind == Kind::uniform  ? counters_->uniform
+           : kind == Kind::guided ? counters_->guided
+           : kind == Kind::aimed  ? counters_->aimed
+                                  : counters_->mutated);
+        leads_.push_back({eye, t, kind == Kind::uniform ? Kind::guided : kind});
+    }
+    return hit.t;
+}
+
+void CellSampler::look_around(std::uint32_t rays) {
+    constexpr std::uint32_t kPerEye = 16; // rays from one eye share the top of the tree in the caches
+    Vec3d eye;
+    for (std::uint32_t r = 0; r < rays; ++r) {
+        if (r % kPerEye == 0)
+            eye = random_eye();
+        cast(eye, unit_direction(random_), Kind::uniform);
+    }
+}
+
+/// Rays past each edge and corner of the triangle, from the eye that saw it and from another one.
+void CellSampler::follow_edges(const Lead& lead) {
+    Vec3d v[3], centre{0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+        v[k] = scene_.vertex(lead.triangle, k);
+        centre = centre + v[k] * (1.0 / 3);
+    }
+    Vec3d other = random_eye();
+    for (int k = 0; k < 6; ++k) {
+        double along = random_.uniform(0.1, 0.9);
+        Vec3d at = k < 3 ? v[k] + (v[(k + 1) % 3] - v[k]) * along : v[k - 3];
+        double past = 1 + kPastEdge[0] + (kPastEdge[1] - kPastEdge[0]) * random_.uniform() * random_.uniform();
+        Vec3d toward = centre + (at - centre) * past;
+        Vec3d direction = toward - (k % 2 ? other : lead.eye);
+        if (dot(direction, direction) > 0)
+            cast(k % 2 ? other : lead.eye, direction, lead.kind);
+    }
+}
+
+void CellSampler::follow(std::uint32_t rays) {
+    std::uint64_t last = counters_->rays + rays;
+    while (next_lead_ < leads_.size() && counters_->rays < last) {
+        Lead lead = leads_[next_lead_++];
+        follow_edges(lead);
+    }
+    if (next_lead_ == leads_.size()) {
+        leads_.clear();
+        next_lead_ = 0;
+    }
+}
+
+void CellSampler::mutate(const Vec3d& eye, const Vec3d& at, std::uint32_t triangle) {
+    Vec3d from = tree_.to_local(eye);
+    for (int k = 0; k < 3; ++k) // rounding may have moved it out of the cell
+        from[k] = std::clamp(from[k], cell_.min[k], cell_.max[k]);
+    // Small changes of the line itself, then past the edges of what it met.
+    Vec3d line = tree_.to_local(at) - from;
+    double size = length(line);
+    for (int k = 0; k < 3; ++k) {
+        Vec3d shake = unit_direction(random_) * (0.002 * size * (k + 1));
+        cast(from, line + shake, Kind::mutated);
+    }
+    leads_.push_back({from, triangle, Kind::mutated});
+}
+
+bool CellSampler::aim_at_triangle(std::uint32_t triangle, std::uint32_t rays) {
+    std::uint32_t unit = tree_.units().of[triangle];
+    Vec3d v[3];
+    for (int k = 0; k < 3; ++k)
+        v[k] = scene_.vertex(triangle, k);
+    for (std::uint32_t r = 0; r < rays && !seen_.seen(unit); ++r) {
+        double a = random_.uniform(), b = random_.uniform();
+        if (a + b > 1) {
+            a = 1 - a;
+            b = 1 - b;
+        }
+        Vec3d eye = random_eye(), direction = v[0] + (v[1] - v[0]) * a + (v[2] - v[0]) * b - eye;
+        if (dot(direction, direction) > 0)
+            cast(eye, direction, Kind::aimed);
+    }
+    return seen_.seen(unit);
+}
+
+bool CellSampler::aim_at_box(const GridBox& box, std::uint32_t rays) {
+    Vec3d low = tree_.to_local(to_vector(box.min)), high = tree_.to_local(to_vector(box.max));
+    for (std::uint32_t r = 0; r < rays; ++r) {
+        Vec3d eye = random_eye(), at;
+        for (int k = 0; k < 3; ++k)
+            at[k] = random_.uniform(low[k], high[k]);
+        Vec3d direction = at - eye;
+        if (!(dot(direction, direction) > 0))
+            continue;
+        double enters = 0;
+        for (int k = 0; k < 3; ++k) {
+            if (direction[k] == 0)
+                continue;
+            double a = (low[k] - eye[k]) / direction[k], b = (high[k] - eye[k]) / direction[k];
+            enters = std::max(enters, std::min(a, b));
+        }
+        if (cast(eye, direction, Kind::aimed) > enters)
+            return true;
+    }
+    return false;
+}
+
+} // namespace antumbra::exact
