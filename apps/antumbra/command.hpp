@@ -63,6 +63,7 @@ void add_bake(CLI::App& app);
 void add_query(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_verify(CLI::App& app);
+void add_explain(CLI::App& app);
 void add_walk(CLI::App& app);
 void add_cull(CLI::App& app);
 void add_occluders(CLI::App& app);

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     add_query(app);
     add_inspect(app);
     add_verify(app);
+    add_explain(app);
     add_walk(app);
     add_cull(app);
     add_occluders(app);

@@ -3,6 +3,8 @@
 
 #include <antumbra/scene.hpp>
 
+#include <array>
+
 namespace antumbra {
 
 /// glTF 2.0 as GLB: one node with one mesh primitive per object, in the objects' order, so that object i
@@ -19,5 +21,19 @@ namespace antumbra {
 /// ErrorCode::corrupt: a position is not finite or an index out of range; limit: the file would exceed 4 GiB.
 Result<std::vector<std::byte>> export_glb(const RawScene& scene);
 Result<std::vector<std::byte>> export_glb(const Scene& scene);
+
+/// Part of a drawing: triangles or line segments of one colour.
+struct DrawingPart {
+    std::string name;
+    std::array<float, 4> colour{1, 1, 1, 1}; ///< linear red, green, blue, opacity, each 0..1
+    bool lines = false;                      ///< pairs of indices, else triples
+    std::vector<Vec3d> positions;            ///< world
+    std::vector<std::uint32_t> indices;
+};
+
+/// A drawing to look at, as GLB: a node for each part that has indices, seen from both sides, without shading
+/// (KHR_materials_unlit) and see-through where the opacity is below 1. Vertices are floats relative to the part's lowest
+/// corner. Errors as export_glb.
+Result<std::vector<std::byte>> export_drawing(std::span<const DrawingPart> parts);
 
 } // namespace antumbra

@@ -1,26 +1,17 @@
+#include "export/glb_container.hpp"
+
 #include <antumbra/export.hpp>
 
-#include <bit>
 #include <cstring>
 #include <map>
-#include <nlohmann/json.hpp>
 
 namespace antumbra {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using glb::Json, glb::append;
+using glb::kArrayBuffer, glb::kElementArrayBuffer, glb::kUnsignedShort, glb::kUnsignedInt, glb::kFloat;
 
 constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
-constexpr std::uint64_t kLargestFile = 0xFFFFFFFFull;
-
-/// Numbers of the glTF specification.
-enum : int {
-    kArrayBuffer = 34962,
-    kElementArrayBuffer = 34963,
-    kUnsignedShort = 5123,
-    kUnsignedInt = 5125,
-    kFloat = 5126
-};
 
 /// What the two kinds of scene have in common, seen by the writer.
 struct SourceObject {
@@ -63,17 +54,6 @@ class GlbWriter {
     std::multimap<std::uint64_t, std::uint32_t> by_hash_;
     std::map<std::uint32_t, std::uint32_t> material_by_flags_;
 };
-
-template <class T>
-void append(std::vector<std::byte>& bytes, T value) {
-    if constexpr (std::endian::native == std::endian::big) {
-        auto raw = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
-        bytes.insert(bytes.end(), raw.rbegin(), raw.rend());
-    } else {
-        auto raw = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
-        bytes.insert(bytes.end(), raw.begin(), raw.end());
-    }
-}
 
 void pad(std::vector<std::byte>& bytes, std::byte filler) {
     while (bytes.size() % 4)
@@ -251,29 +231,8 @@ Result<std::vector<std::byte>> GlbWriter::finish() {
         document["bufferViews"] = std::move(views);
         document["buffers"] = Json::array({{{"byteLength", binary_size}}});
     }
-    std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
-    while (text.size() % 4)
-        text += ' ';
-    std::uint64_t size = 12 + 8 + text.size() + (binary_size ? 8 + binary_size : 0);
-    if (size > kLargestFile)
-        return Status(ErrorCode::limit, "the GLB would have " + std::to_string(size) +
-                                            " bytes, its format ends at 4 GiB; split the scene");
-    std::vector<std::byte> bytes;
-    bytes.reserve(size);
-    append(bytes, std::uint32_t(0x46546C67)); // "glTF"
-    append(bytes, std::uint32_t(2));
-    append(bytes, static_cast<std::uint32_t>(size));
-    append(bytes, static_cast<std::uint32_t>(text.size()));
-    append(bytes, std::uint32_t(0x4E4F534A)); // "JSON"
-    for (char c : text)
-        bytes.push_back(static_cast<std::byte>(c));
-    if (binary_size) {
-        append(bytes, static_cast<std::uint32_t>(binary_size));
-        append(bytes, std::uint32_t(0x004E4942)); // "BIN"
-        for (const std::vector<std::byte>* part : {&positions_, &shorts_, &words_})
-            bytes.insert(bytes.end(), part->begin(), part->end());
-    }
-    return bytes;
+    const std::vector<std::byte>* binary[] = {&positions_, &shorts_, &words_};
+    return glb::pack(document, binary);
 }
 
 } // namespace

@@ -52,7 +52,7 @@ class Commands(unittest.TestCase):
             self.assertIn(text, lines[0])
 
     def test_every_command_has_help_with_an_example(self):
-        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull"):
+        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain"):
             self.assertIn("Example:", run(command, "--help")[0], command)
 
     def test_wrong_usage_exits_2(self):
@@ -74,6 +74,21 @@ class Commands(unittest.TestCase):
         data[len(data) // 2] ^= 4
         pathlib.Path(damaged).write_bytes(data)
         self.assert_one_line_error(1, "query", damaged, "--eye", "1,1,1", saying=["damaged.pvs"])
+
+    def test_explain_says_why(self):
+        picture = os.path.join(self.folder.name, "why.glb")
+        arguments = ("explain", self.scene, self.pvs, "--eye", "2,1.5,2", "--object")
+        seen = run_json(*arguments, "floor")
+        self.assertEqual((seen["object"]["id"], seen["from_eye"]["answer"], seen["pvs"]["listed"]), (0, "visible", True))
+        self.assertEqual(seen["from_eye"]["witness"]["from"], [2, 1.5, 2])
+        hidden = run_json(*arguments, "study/bookshelf/row 1/book 1", "--glb", picture)
+        self.assertEqual((hidden["from_eye"]["answer"], hidden["pvs"]["listed"]), ("hidden", False))
+        self.assertTrue(hidden["from_cell"]["certificate"]["verified"])
+        self.assertIn("wall/inner", [hider["name"] for hider in hidden["from_eye"]["hiders"]])
+        self.assertEqual(hidden["words"], run(*arguments, "150")[0].rstrip("\n"))
+        self.assertGreater(run_json("info", picture)["triangles"], 10)
+        self.assert_one_line_error(2, *arguments, "nobody", saying=["nobody"])
+        self.assert_one_line_error(2, "explain", self.scene, self.pvs, "--eye", "2,1", "--object", "0", saying=["--eye"])
 
     def test_info_keys(self):
         info = run_json("info", self.scene)

@@ -31,13 +31,20 @@ GridBox box_of(std::span<const GridPoint> corners) {
 
 } // namespace
 
-Prover::Prover(const SceneTree& tree) : tree_(tree), occluders_(tree) {}
+Prover::Prover(const SceneTree& tree, ProofLimits limits)
+    : tree_(tree), limits_(std::move(limits)), occluders_(tree) {}
 
 /// True if the pair is hidden, with a certificate; else `result` says visible or undecided.
 bool Prover::ask(const certify::Polygon& from, const certify::Polygon& to, PairProof& proof, QueryResult& result) {
     QueryOptions options;
     options.certificate = true;
     options.rays = 4;
+    options.max_pieces = limits_.pieces;
+    if (queries_ >= limits_.queries || (limits_.cancelled && limits_.cancelled())) {
+        result.answer = Answer::undecided;
+        return false;
+    }
+    ++queries_;
     result = query_.run(from.corners, to.corners, occluders_, options);
     if (result.answer != Answer::hidden)
         return false;
@@ -111,6 +118,7 @@ bool Prover::hide_triangle(const GridBox& cell, std::uint32_t t, PairProof& proo
 
 PairProof Prover::prove(const GridBox& cell, std::uint32_t object) {
     PairProof proof;
+    queries_ = 0;
     const auto& nodes = tree_.nodes();
     std::uint32_t root = 0; // of the object: parents come before their children
     while (root < nodes.size() && nodes[root].object != object)

@@ -8,6 +8,8 @@
 #include <antumbra/job.hpp>
 #include <antumbra/pvs.hpp>
 
+#include <functional>
+
 namespace antumbra::exact {
 
 /// A box (of the scene's tree) or a triangle that no line from a face of the cell reaches.
@@ -28,10 +30,17 @@ struct PairProof {
     std::vector<HiddenPart> parts;
 };
 
+/// Budgets of one proof; beyond them the answer is `undecided`.
+struct ProofLimits {
+    std::uint64_t queries = UINT64_MAX; ///< pairs of polygons
+    std::uint32_t pieces = 100000;      ///< of line space, in each
+    std::function<bool()> cancelled;    ///< asked before each query, if there
+};
+
 /// Derives a proof. Not thread-safe; one per thread. Refers to the tree.
 class Prover {
   public:
-    explicit Prover(const SceneTree& tree);
+    explicit Prover(const SceneTree& tree, ProofLimits limits = {});
     /// `cell` on the grid, with a volume.
     PairProof prove(const GridBox& cell, std::uint32_t object);
 
@@ -41,6 +50,8 @@ class Prover {
     bool ask(const certify::Polygon& from, const certify::Polygon& to, PairProof& proof, QueryResult& result);
 
     const SceneTree& tree_;
+    ProofLimits limits_;
+    std::uint64_t queries_ = 0; ///< of the proof under way
     OccludersAlong occluders_;
     Query query_;
 };

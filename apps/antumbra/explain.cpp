@@ -1,0 +1,79 @@
+#include "command.hpp"
+
+#include "base/file.hpp"
+
+#include <antumbra/explain.hpp>
+
+#include <fmt/format.h>
+
+namespace antumbra::app {
+namespace {
+
+struct ExplainArguments {
+    Common common;
+    SceneArguments scene;
+    std::string pvs, eye, object, glb;
+    ExplainOptions options;
+    bool no_proof = false;
+};
+
+int run_explain(ExplainArguments& arguments) {
+    Result<Vec3d> eye = parse_vec3(arguments.eye, "--eye");
+    if (!eye)
+        return fail(eye.status());
+    Result<Scene> scene = arguments.scene.load();
+    if (!scene)
+        return fail(scene.status());
+    Result<std::uint32_t> object = find_object(*scene, arguments.object);
+    if (!object)
+        return fail(object.status());
+    Result<MappedFile> file = MappedFile::open(arguments.pvs);
+    if (!file)
+        return fail(file.status());
+    Result<Pvs> pvs = Pvs::open(file->bytes());
+    if (!pvs)
+        return fail(pvs.status().in(arguments.pvs));
+    Job job = make_job(arguments.common);
+    Result<Explainer> explainer = Explainer::create(*scene, *pvs, job);
+    if (!explainer)
+        return fail(explainer.status().in(arguments.pvs));
+    arguments.options.seed = arguments.common.seed;
+    arguments.options.prove = !arguments.no_proof;
+    Result<Explanation> explanation = explainer->explain(*eye, *object, arguments.options, job);
+    if (!explanation)
+        return fail(explanation.status());
+    if (job.cancelled())
+        return fail({ErrorCode::cancelled, "stopped"});
+    if (!arguments.glb.empty()) {
+        Result<std::vector<std::byte>> bytes = explain_as_glb(*scene, *explanation);
+        if (!bytes)
+            return fail(bytes.status().in(arguments.glb));
+        if (Status status = write_file_atomically(arguments.glb, std::span<const std::byte>(*bytes)); !status)
+            return fail(status);
+    }
+    fmt::print("{}\n", arguments.common.json ? explain_in_json(*scene, *explanation)
+                                             : explain_in_words(*scene, *explanation));
+    return 0;
+}
+
+} // namespace
+
+void add_explain(CLI::App& app) {
+    auto arguments = std::make_shared<ExplainArguments>();
+    CLI::App& command = *app.add_subcommand("explain", "Why an object is visible or hidden: a witness line, or what hides it");
+    arguments->scene.add_to(command);
+    command.add_option("PVS", arguments->pvs, "The .pvs file")->required();
+    command.add_option("--eye", arguments->eye, "Viewpoint X,Y,Z in the scene's coordinates")->required();
+    command.add_option("--object", arguments->object, "The object, by name or number")->required();
+    command.add_option("--glb", arguments->glb, "Write the explanation as a drawing, to be looked at with the scene");
+    command.add_option("--sight-lines", arguments->options.sight_lines, "Aimed at the object, from eye and cell each")
+        ->check(CLI::Range(0, 1 << 24))
+        ->capture_default_str();
+    command.add_flag("--no-proof", arguments->no_proof, "Sight lines only; what they do not see stays undecided");
+    command.add_option("--most-queries", arguments->options.most_queries, "Budget of a proof, in pairs of polygons")
+        ->capture_default_str();
+    add_common(command, arguments->common, "antumbra explain house.glb house.pvs --eye 1.5,1.7,-4 --object stove",
+               [arguments] { return run_explain(*arguments); });
+}
+
+} // namespace antumbra::app
