@@ -15,7 +15,8 @@ MAY_INCLUDE = {
     "raster": ["geometry"],
     "occluders": ["tree"],
     "pvs": ["geometry"],
-    "cull": ["tree", "raster", "occluders", "pvs"],
+    "occlusion_tree": ["occluders"],
+    "cull": ["tree", "raster", "occluders", "occlusion_tree", "pvs"],
     "scene": ["geometry"],
     "import": ["scene"],
     "export": ["scene"],
@@ -34,7 +35,7 @@ PUBLIC = {
     "explain": "evaluate",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
-RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "pvs", "cull", "capi"}
+RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "occlusion_tree", "pvs", "cull", "capi"}
 SYSTEM_ONLY_IN = {"base": {"fcntl.h", "unistd.h", "sys/mman.h", "sys/stat.h"}}
 
 

@@ -1,0 +1,171 @@
+// Building the tree: polygons are filtered down to the leaves and enlarge the tree there (sections 4.1, 5 and 6.1).
+#include "occlusion_tree/occlusion_tree.hpp"
+
+namespace antumbra {
+namespace {
+
+constexpr std::size_t kMostPending = 512;   ///< pieces of one polygon under way
+constexpr std::size_t kMostPoints = 1u << 15;
+
+} // namespace
+
+OcclusionTree::OcclusionTree(const OcclusionTreeLimits& limits) : limits_(limits) {
+    sight_.reserve(kMostPoints, limits.lines + 256, limits.fragments + 256);
+    nodes_.reserve(limits.nodes);
+    fragments_.reserve(limits.fragments);
+    fragment_edges_.reserve(std::size_t(limits.fragments) * 6);
+    stack_.reserve(kMostPending);
+    unsplit_stack_.reserve(limits.nodes + 1);
+    pool_.resize(kMostPending);
+}
+
+void OcclusionTree::begin(const Vec3d& eye, double size, TreeForm form) {
+    sight_.begin(eye, size);
+    form_ = form;
+    root_ = kOut;
+    ran_out_ = false;
+    nodes_.clear();
+    fragments_.clear();
+    fragment_edges_.clear();
+    planes_tested_ = 0;
+}
+
+OcclusionTree::Child& OcclusionTree::child_at(std::uint32_t parent) {
+    if (parent == kRoot)
+        return root_;
+    Node& node = nodes_[parent >> 1];
+    return parent & 1 ? node.inside : node.outside;
+}
+
+bool OcclusionTree::picture_of(std::span<const std::uint32_t> loop, PicturePolygon& polygon) {
+    polygon.count = 0;
+    if (loop.size() > PicturePolygon::kMost || sight_.mark().lines + loop.size() > limits_.lines)
+        return false;
+    // Seen from the eye the loop turns left; edges that keep the polygon on the positive side turn right.
+    for (std::size_t i = loop.size(); i-- > 0;) {
+        std::uint32_t next = loop[i == 0 ? loop.size() - 1 : i - 1];
+        polygon.push({sight_.toward(loop[i]), sight_.add_edge(loop[i], next), false});
+    }
+    return true;
+}
+
+bool OcclusionTree::insert(std::span<const std::uint32_t> loop, std::uint32_t plane, std::uint32_t occluder) {
+    if (!picture_of(loop, pool_[0])) {
+        ran_out_ = true;
+        return false;
+    }
+    return filter_down(plane, occluder);
+}
+
+bool OcclusionTree::insert(const PicturePolygon& polygon, std::uint32_t plane, std::uint32_t occluder) {
+    pool_[0] = polygon;
+    return filter_down(plane, occluder);
+}
+
+/// Figure 3 of the paper, with a stack of our own. The polygon is in pool_[0].
+bool OcclusionTree::filter_down(std::uint32_t plane, std::uint32_t occluder) {
+    signed char sides[PicturePolygon::kMost];
+    bool whole = true;
+    stack_.clear();
+    stack_.push_back({root_, kRoot, 0});
+    while (!stack_.empty()) {
+        Work work = stack_.back();
+        stack_.pop_back();
+        bool done = false;
+        while (!done && work.child >= 0) {
+            const Node& node = nodes_[static_cast<std::size_t>(work.child)];
+            std::uint32_t at = static_cast<std::uint32_t>(work.child) << 1;
+            ++planes_tested_;
+            switch (locate(sight_, node.line, pool_[work.polygon], sides)) {
+            case Place::inside: work = {node.inside, at | 1, work.polygon}; break;
+            case Place::outside: work = {node.outside, at, work.polygon}; break;
+            case Place::both: {
+                // The outer part takes the place of the whole, the inner one the next place: the stack holds the rest.
+                std::uint32_t other = work.polygon + 1;
+                if (other + 1 >= kMostPending) {
+                    done = true;
+                    whole = false;
+                    break;
+                }
+                pool_[other + 1] = pool_[work.polygon];
+                if (!cut(sight_, node.line, pool_[other + 1], sides, &pool_[other], &pool_[work.polygon])) {
+                    done = true;
+                    whole = false;
+                    break;
+                }
+                stack_.push_back({node.outside, at, work.polygon});
+                work = {node.inside, at | 1, other};
+                break;
+            }
+            case Place::undecided:
+                done = true;
+                whole = false;
+                break;
+            }
+        }
+        if (done)
+            continue;
+        work.child = child_at(work.parent);
+        whole &= work.child == kOut ? enlarge(work, plane, occluder) : enlarge_in_front(work, plane, occluder);
+    }
+    ran_out_ |= !whole;
+    return whole;
+}
+
+/// New nodes for the edges that are not flagged (for all, in the plain form), and in the innermost place the fragment.
+bool OcclusionTree::enlarge(const Work& work, std::uint32_t plane, std::uint32_t occluder) {
+    const PicturePolygon& polygon = pool_[work.polygon];
+    auto edges = static_cast<std::size_t>(polygon.count);
+    if (nodes_.size() + edges > limits_.nodes || fragments_.size() == limits_.fragments ||
+        fragment_edges_.size() + edges > fragment_edges_.capacity())
+        return false;
+    Child before = child_at(work.parent);
+    fragments_.push_back({plane, occluder, static_cast<std::uint32_t>(fragment_edges_.size()),
+                          static_cast<std::uint32_t>(edges)});
+    std::uint32_t at = work.parent;
+    for (int i = 0; i < polygon.count; ++i) {
+        fragment_edges_.push_back(polygon[i].edge);
+        if (polygon[i].flagged && form_ == TreeForm::modified)
+            continue;
+        child_at(at) = static_cast<Child>(nodes_.size());
+        at = static_cast<std::uint32_t>(nodes_.size()) << 1 | 1;
+        nodes_.push_back({polygon[i].edge, kOut, before});
+    }
+    child_at(at) = in_leaf(fragments_.size() - 1);
+    return true;
+}
+
+/// At an in-leaf only the part that lies in front of what is there counts. With occluders in front-to-back order there
+/// is none, and nothing is done.
+bool OcclusionTree::enlarge_in_front(const Work& work, std::uint32_t plane, std::uint32_t occluder) {
+    std::uint32_t there = fragments_[fragment_of(work.child)].plane;
+    if (there == plane)
+        return true;
+    if (sight_.mark().lines == limits_.lines)
+        return false;
+    signed char sides[PicturePolygon::kMost];
+    LineRef nearer = sight_.add_meeting(there, plane); // positive: what is there is farther
+    bool positive = false, negative = false;
+    PicturePolygon& polygon = pool_[work.polygon];
+    for (int i = 0; i < polygon.count; ++i) {
+        int side = sight_.side(nearer, polygon[i].at);
+        if (side == kUndecided)
+            return false;
+        sides[i] = static_cast<signed char>(side);
+        positive |= side > 0;
+        negative |= side < 0;
+    }
+    if (!positive)
+        return true;
+    if (negative) {
+        std::uint32_t other = work.polygon + 1;
+        if (other >= kMostPending || !cut(sight_, nearer, polygon, sides, &pool_[other], nullptr))
+            return false;
+        for (int i = 0; i < pool_[other].count; ++i) // no plane of the tree holds that edge
+            pool_[other][i].flagged &= pool_[other][i].edge.bits != nearer.bits;
+        return enlarge({work.child, work.parent, other}, plane, occluder);
+    }
+    return enlarge(work, plane, occluder);
+}
+
+} // namespace antumbra

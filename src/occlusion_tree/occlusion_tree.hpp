@@ -1,0 +1,116 @@
+// Occlusion trees (Bittner, Havran, Slavik, "Hierarchical visibility culling with occlusion trees", CGI 1998): the
+// shadows of many convex occluders, seen from one point, merged into one binary tree of shadow planes.
+//
+// Run-time module: standard library only, no exceptions. All signs are exact (see sight.hpp): a tree knows precisely
+// which directions its occluders cover and how far away, whatever the order in which they came.
+//
+//     OcclusionTree tree;
+//     tree.begin(eye, size, {.form = TreeForm::modified});
+//     tree.insert(polygons of the viewer's choice);
+//     if (tree.visibility_by_faces(box) == Visibility::invisible) skip(box);
+#pragma once
+
+#include "occlusion_tree/picture_polygon.hpp"
+
+#include <span>
+
+namespace antumbra {
+
+/// Section 6: the modified tree leaves out planes that are on the path already.
+enum class TreeForm : std::uint8_t { plain, modified };
+
+/// Of a box: with respect to the occluders of the tree alone.
+enum class Visibility : std::uint8_t { invisible, partial, full };
+
+/// Table 1 of the paper.
+constexpr Visibility combine(Visibility a, Visibility b) { return a == b ? a : Visibility::partial; }
+
+/// What visibility_unsplit() asks at a leaf whose occluder's plane crosses the box.
+enum class LeafTest : std::uint8_t {
+    conservative, ///< C: partial
+    pyramid,      ///< E made safe: invisible only if the box misses the closed pyramid of viewpoint and fragment
+};
+
+struct OcclusionTreeLimits {
+    std::uint32_t nodes = 1u << 15, lines = 1u << 16, fragments = 1u << 14;
+};
+
+class OcclusionTree {
+  public:
+    /// Memory is taken here, once, and never grows.
+    explicit OcclusionTree(const OcclusionTreeLimits& limits = {});
+
+    /// Empty, for a new eye. `size`: of the scene, for scaling only.
+    void begin(const Vec3d& eye, double size, TreeForm form);
+    Sight& sight() { return sight_; }
+
+    /// Points of occluders are added by the caller (sight().add_point), so that polygons can share them.
+    /// A convex planar polygon given by `loop`, counter-clockwise seen from the eye, without straight corners; `plane`
+    /// from sight().add_plane(). In front of or behind what is there already, or both. False if memory ran out: then the tree
+    /// covers less, which is conservative.
+    bool insert(std::span<const std::uint32_t> loop, std::uint32_t plane, std::uint32_t occluder);
+    /// The same for a polygon of the picture.
+    bool insert(const PicturePolygon& polygon, std::uint32_t plane, std::uint32_t occluder);
+    /// False if the polygon has too many corners.
+    bool picture_of(std::span<const std::uint32_t> loop, PicturePolygon& polygon);
+
+    /// Section 5.2, exact: splits the faces of the box that the eye sees.
+    Visibility visibility_by_faces(const Box3d& box);
+    /// Section 6.2, conservative: the box goes to both children of a plane that it crosses. Modified trees only.
+    Visibility visibility_unsplit(const Box3d& box, LeafTest test);
+
+    std::size_t node_count() const { return nodes_.size(); }
+    std::size_t fragment_count() const { return fragments_.size(); }
+    bool ran_out() const { return ran_out_; }
+    std::uint64_t planes_tested() const { return planes_tested_; }
+
+  private:
+    /// A child: a node, kOut, or an in-leaf (the complement of a fragment's index, beyond kOut).
+    using Child = std::int32_t;
+    static constexpr Child kOut = -1;
+    static Child in_leaf(std::size_t fragment) { return -2 - static_cast<Child>(fragment); }
+    static std::size_t fragment_of(Child leaf) { return static_cast<std::size_t>(-2 - leaf); }
+
+    struct Node {
+        LineRef line; ///< inside is its positive side
+        Child inside = kOut, outside = kOut;
+    };
+    struct Fragment {
+        std::uint32_t plane, occluder, first_edge, edges;
+    };
+    struct Work {
+        Child child;       ///< where the polygon is
+        std::uint32_t parent; ///< for building: node * 2 + (1: its inside child); kRoot
+        std::uint32_t polygon; ///< in pool_
+    };
+    static constexpr std::uint32_t kRoot = 0xFFFFFFFFu;
+
+    bool filter_down(std::uint32_t plane, std::uint32_t occluder);
+    /// Replaces the leaf `work.child` by the occlusion volume of the polygon.
+    bool enlarge(const Work& work, std::uint32_t plane, std::uint32_t occluder);
+    bool enlarge_in_front(const Work& work, std::uint32_t plane, std::uint32_t occluder);
+    void set_child(std::uint32_t parent, Child child);
+    Child& child_at(std::uint32_t parent);
+
+    /// The face of the box across `axis` that the eye sees; false if there is none, or without area.
+    bool face_of(const Box3d& box, int axis, std::uint32_t& plane, PicturePolygon& face);
+    Visibility visibility_of(std::uint32_t plane);
+    Visibility leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, const Fragment& fragment);
+    bool misses_pyramid(const Box3d& box, const Fragment& fragment);
+
+    Sight sight_;
+    OcclusionTreeLimits limits_;
+    TreeForm form_ = TreeForm::plain;
+    Child root_ = kOut;
+    bool ran_out_ = false;
+    std::vector<Node> nodes_;
+    std::vector<Fragment> fragments_;
+    std::vector<LineRef> fragment_edges_;
+    std::vector<Work> stack_;
+    std::vector<Child> unsplit_stack_;
+    std::vector<PicturePolygon> pool_; ///< polygons of the work under way
+    std::uint32_t face_points_ = 0;    ///< points from here on are corners of the face under way
+    std::uint64_t planes_tested_ = 0;
+};
+
+} // namespace antumbra

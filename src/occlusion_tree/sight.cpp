@@ -1,0 +1,231 @@
+#include "occlusion_tree/sight.hpp"
+
+#include "geometry/predicates.hpp"
+#include "occlusion_tree/exact_number.hpp"
+
+namespace antumbra {
+namespace {
+
+/// Half an ulp of 1. The bounds below count roundings to first order and then take about twice as many.
+constexpr double kUnit = 0x1p-53;
+
+double norm(const Vec3d& v) { return std::sqrt(dot(v, v)); }
+
+/// `v`, off by at most `error`, made a unit vector; how far the true unit vector can be.
+double normalise(Vec3d& v, double error) {
+    double size = norm(v);
+    if (!(size > 4 * error) || !(size > 1e-290)) {
+        v = {0, 0, 0};
+        return 4; // says nothing: every question goes to exact numbers
+    }
+    v = v * (1 / size);
+    return 2 * error / size + 8 * kUnit;
+}
+
+ExactVector difference(const Vec3d& a, const Vec3d& b, double scale) {
+    return {ExactNumber::difference(a.x * scale, b.x * scale), ExactNumber::difference(a.y * scale, b.y * scale),
+            ExactNumber::difference(a.z * scale, b.z * scale)};
+}
+
+ExactVector exact_cross(const ExactVector& a, const ExactVector& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+ExactNumber exact_dot(const ExactVector& a, const ExactVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+ExactVector scaled(const ExactVector& a, const ExactNumber& s) { return {a.x * s, a.y * s, a.z * s}; }
+
+ExactVector turned(const ExactVector& a, bool turn) { return turn ? ExactVector{-a.x, -a.y, -a.z} : a; }
+
+} // namespace
+
+void Sight::begin(const Vec3d& eye, double size) {
+    forget({0, 0, 0});
+    eye_ = eye;
+    // Exact products of fifteen factors neither vanish nor explode for coordinates near 2^20.
+    scale_ = size > 0 && std::isfinite(size) ? std::ldexp(1.0, 20 - std::ilogb(size)) : 1;
+    tally_ = {};
+}
+
+void Sight::reserve(std::size_t points, std::size_t lines, std::size_t planes) {
+    points_.reserve(points);
+    offsets_.reserve(points);
+    lines_.reserve(lines);
+    planes_.reserve(planes);
+}
+
+void Sight::forget(const Mark& mark) {
+    points_.resize(mark.points);
+    offsets_.resize(mark.points);
+    lines_.resize(mark.lines);
+    planes_.resize(mark.planes);
+}
+
+std::uint32_t Sight::add_point(const Vec3d& point) {
+    points_.push_back(point);
+    offsets_.push_back(point - eye_);
+    return static_cast<std::uint32_t>(points_.size() - 1);
+}
+
+LineRef Sight::add_edge(std::uint32_t a, std::uint32_t b) {
+    const Vec3d &u = offsets_[a], &v = offsets_[b];
+    Line line{cross(u, v), 0, false, a, b};
+    line.error = normalise(line.n, 16 * kUnit * std::sqrt(dot(u, u) * dot(v, v)));
+    lines_.push_back(line);
+    return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
+}
+
+std::uint32_t Sight::add_plane(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    Vec3d u = points_[b] - points_[a], v = points_[c] - points_[a];
+    Plane plane{cross(u, v), 0, 0, 0, 3, 0, a, b, c};
+    plane.n_error = normalise(plane.n, 16 * kUnit * norm(u) * norm(v));
+    plane.distance = -dot(plane.n, offsets_[a]);
+    plane.distance_error = norm(offsets_[a]) * (plane.n_error + 8 * kUnit);
+    planes_.push_back(plane);
+    return static_cast<std::uint32_t>(planes_.size() - 1);
+}
+
+std::uint32_t Sight::add_axis_plane(int axis, double at) {
+    Plane plane{{0, 0, 0}, std::abs(eye_[axis] - at), 0, 0, axis, at, 0, 0, 0};
+    plane.n[axis] = eye_[axis] > at ? 1 : -1;
+    plane.distance_error = kUnit * plane.distance;
+    planes_.push_back(plane);
+    return static_cast<std::uint32_t>(planes_.size() - 1);
+}
+
+LineRef Sight::add_meeting(std::uint32_t farther, std::uint32_t nearer) {
+    const Plane &f = planes_[farther], &g = planes_[nearer];
+    Line line{f.n * g.distance - g.n * f.distance, 0, true, farther, nearer};
+    double sum = f.distance + g.distance;
+    line.error = normalise(line.n, f.n_error * g.distance + g.distance_error + g.n_error * f.distance +
+                                       f.distance_error + 8 * kUnit * sum);
+    lines_.push_back(line);
+    return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
+}
+
+bool Sight::is_in_front(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
+    return in_exact_range(eye_) && orient3d(a, b, c, eye_) > 0;
+}
+
+Direction Sight::toward(std::uint32_t point) const {
+    Direction direction{offsets_[point], 0, point, {}, {}};
+    direction.error = normalise(direction.d, 2 * kUnit * norm(direction.d));
+    return direction;
+}
+
+Direction Sight::crossing(LineRef edge, LineRef line, bool rising) const {
+    Direction x{{}, 0, kNoPoint, rising ? line : edge, rising ? edge : line};
+    const Line &e = lines_[edge.index()], &l = lines_[line.index()];
+    x.d = cross(e.n, l.n) * (rising == (edge.turned() == line.turned()) ? -1.0 : 1.0);
+    x.error = normalise(x.d, e.error + l.error + e.error * l.error + 8 * kUnit);
+    // Lines of two edges that share an end meet there: a corner of a mesh stays one and the same direction.
+    if (!e.meeting && !l.meeting && x.error < 0.1)
+        for (std::uint32_t shared : {e.a, e.b})
+            if ((shared == l.a || shared == l.b) && dot(x.d, offsets_[shared]) > 0)
+                return toward(shared);
+    return x;
+}
+
+int Sight::settle(int sign) const {
+    ++(sign == kUndecided ? tally_.undecided : tally_.exact);
+    return sign;
+}
+
+int Sight::side(LineRef ref, const Direction& direction) const {
+    const Line& line = lines_[ref.index()];
+    if (direction.point == kNoPoint) {
+        if (direction.first.index() == ref.index() || direction.second.index() == ref.index())
+            return 0;
+    } else if (!line.meeting && (direction.point == line.a || direction.point == line.b)) {
+        return 0;
+    }
+    double value = dot(line.n, direction.d);
+    double bound = line.error + direction.error + line.error * direction.error + 8 * kUnit;
+    if (std::abs(value) > bound) {
+        ++tally_.filtered;
+        return (value > 0) != ref.turned() ? 1 : -1;
+    }
+    return exact_side(ref, direction);
+}
+
+int Sight::exact_side(LineRef ref, const Direction& direction) const {
+    auto plane_of = [&](const Plane& plane, ExactNumber& distance) {
+        ExactVector normal;
+        if (plane.axis < 3) {
+            ExactNumber gap = ExactNumber::difference(eye_[plane.axis] * scale_, plane.at * scale_);
+            bool positive = plane.n[plane.axis] > 0;
+            normal[plane.axis] = ExactNumber::difference(positive ? 1 : -1, 0);
+            distance = positive ? gap : -gap;
+        } else {
+            normal = exact_cross(difference(points_[plane.b], points_[plane.a], scale_),
+                                 difference(points_[plane.c], points_[plane.a], scale_));
+            distance = exact_dot(normal, difference(eye_, points_[plane.a], scale_));
+        }
+        return normal;
+    };
+    auto line_of = [&](LineRef l) {
+        const Line& line = lines_[l.index()];
+        if (!line.meeting)
+            return turned(exact_cross(difference(points_[line.a], eye_, scale_), difference(points_[line.b], eye_, scale_)),
+                          l.turned());
+        ExactNumber far_distance, near_distance;
+        ExactVector farther = plane_of(planes_[line.a], far_distance), nearer = plane_of(planes_[line.b], near_distance);
+        ExactVector a = scaled(farther, near_distance), b = scaled(nearer, far_distance);
+        return turned({a.x - b.x, a.y - b.y, a.z - b.z}, l.turned());
+    };
+    ExactVector d = direction.point != kNoPoint ? difference(points_[direction.point], eye_, scale_)
+                                                : exact_cross(line_of(direction.first), line_of(direction.second));
+    ExactNumber value = exact_dot(line_of(ref), d);
+    return settle(value.broken() ? kUndecided : value.sign());
+}
+
+int Sight::behind(std::uint32_t index, std::uint32_t point) const {
+    const Plane& plane = planes_[index];
+    if (plane.axis < 3) {
+        double gap = points_[point][plane.axis] - plane.at;
+        return gap == 0 ? 0 : (gap > 0) == (plane.n[plane.axis] > 0) ? -1 : 1;
+    }
+    if (point == plane.a || point == plane.b || point == plane.c)
+        return 0;
+    const Vec3d& offset = offsets_[point];
+    double value = dot(plane.n, offset) + plane.distance;
+    double bound = norm(offset) * (plane.n_error + 8 * kUnit) + plane.distance_error + 8 * kUnit * plane.distance;
+    if (std::abs(value) > bound) {
+        ++tally_.filtered;
+        return value > 0 ? -1 : 1;
+    }
+    ++tally_.exact;
+    return -orient3d(points_[plane.a], points_[plane.b], points_[plane.c], points_[point]);
+}
+
+Sight::Range Sight::plane_range(std::uint32_t index, const Box3d& box) const {
+    const Plane& plane = planes_[index];
+    Range range{plane.distance, plane.distance};
+    double reach = plane.distance, slack = plane.distance_error;
+    for (int axis = 0; axis < 3; ++axis) {
+        double low = box.min[axis] - eye_[axis], high = box.max[axis] - eye_[axis], n = plane.n[axis];
+        range.least += n * (n > 0 ? low : high);
+        range.most += n * (n > 0 ? high : low);
+        double farthest = std::max(std::abs(low), std::abs(high));
+        reach += std::abs(n) * farthest;
+        slack += plane.n_error * farthest;
+    }
+    slack += 16 * kUnit * reach;
+    return {range.least - slack, range.most + slack};
+}
+
+Sight::Range Sight::line_range(LineRef ref, const Box3d& box) const {
+    const Line& line = lines_[ref.index()];
+    Range range{0, 0};
+    double slack = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double low = box.min[axis] - eye_[axis], high = box.max[axis] - eye_[axis];
+        double n = ref.turned() ? -line.n[axis] : line.n[axis];
+        range.least += n * (n > 0 ? low : high);
+        range.most += n * (n > 0 ? high : low);
+        slack += (line.error + 16 * kUnit) * std::max(std::abs(low), std::abs(high));
+    }
+    return {range.least - slack, range.most + slack};
+}
+
+} // namespace antumbra

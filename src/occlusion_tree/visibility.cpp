@@ -1,0 +1,196 @@
+// Asking the tree: by splitting the faces of a box (section 5) and without splitting (section 6.2).
+#include "occlusion_tree/occlusion_tree.hpp"
+
+namespace antumbra {
+namespace {
+
+constexpr std::size_t kMostPending = 512;
+
+bool holds(const Box3d& box, const Vec3d& eye) { return box.contains(eye); }
+
+} // namespace
+
+bool OcclusionTree::face_of(const Box3d& box, int axis, std::uint32_t& plane, PicturePolygon& face) {
+    const Vec3d& eye = sight_.eye();
+    bool below = eye[axis] < box.min[axis];
+    if (!below && !(eye[axis] > box.max[axis]))
+        return false;
+    int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    if (!(box.min[b] < box.max[b] && box.min[c] < box.max[c]))
+        return false;
+    double at = below ? box.min[axis] : box.max[axis];
+    plane = sight_.add_axis_plane(axis, at);
+    std::uint32_t loop[4];
+    face_points_ = static_cast<std::uint32_t>(sight_.mark().points);
+    for (int i = 0; i < 4; ++i) {
+        // Around +axis, or against it: clockwise seen from the eye, as edges want it.
+        int corner = below ? i : 3 - i;
+        Vec3d p;
+        p[axis] = at;
+        p[b] = corner == 1 || corner == 2 ? box.max[b] : box.min[b];
+        p[c] = corner >= 2 ? box.max[c] : box.min[c];
+        loop[i] = sight_.add_point(p);
+    }
+    face.count = 0;
+    for (int i = 0; i < 4; ++i)
+        face.push({sight_.toward(loop[i]), sight_.add_edge(loop[i], loop[(i + 1) % 4]), false});
+    return true;
+}
+
+/// In an in-leaf: a piece of a face that lies in the plane `surface`, against the fragment that occludes there.
+Visibility OcclusionTree::leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, const Fragment& fragment) {
+    Sight::Mark mark = sight_.mark();
+    LineRef farther = sight_.add_meeting(surface, fragment.plane);
+    bool behind = false, before = false;
+    for (int i = 0; i < piece.count && !(behind && before); ++i) {
+        // Corners of the face itself are points of the scene; corners of occluders that got into the piece are not.
+        std::uint32_t point = piece[i].at.point;
+        int side = point != kNoPoint && point >= face_points_ ? sight_.behind(fragment.plane, point)
+                                                              : sight_.side(farther, piece[i].at);
+        behind |= side == 1 || side == kUndecided;
+        before |= side == -1 || side == kUndecided;
+    }
+    sight_.forget(mark);
+    // Neither: the face lies in the occluder's plane and is not hidden.
+    return behind && before ? Visibility::partial : behind ? Visibility::invisible : Visibility::full;
+}
+
+/// Figure 4 of the paper. The polygon, in the plane `surface`, is in pool_[0].
+Visibility OcclusionTree::visibility_of(std::uint32_t surface) {
+    signed char sides[PicturePolygon::kMost];
+    bool any = false;
+    Visibility all = Visibility::full;
+    stack_.clear();
+    stack_.push_back({root_, kRoot, 0});
+    while (!stack_.empty()) {
+        Work work = stack_.back();
+        stack_.pop_back();
+        while (work.child >= 0) {
+            const Node& node = nodes_[static_cast<std::size_t>(work.child)];
+            ++planes_tested_;
+            Place place = locate(sight_, node.line, pool_[work.polygon], sides);
+            if (place == Place::undecided)
+                return Visibility::partial;
+            if (place == Place::both) {
+                std::uint32_t other = work.polygon + 1;
+                if (other + 1 >= kMostPending)
+                    return Visibility::partial;
+                pool_[other + 1] = pool_[work.polygon];
+                if (!cut(sight_, node.line, pool_[other + 1], sides, &pool_[other], &pool_[work.polygon]))
+                    return Visibility::partial;
+                stack_.push_back({node.outside, 0, work.polygon});
+                work = {node.inside, 0, other};
+            } else {
+                work.child = place == Place::inside ? node.inside : node.outside;
+            }
+        }
+        Visibility here = work.child == kOut ? Visibility::full
+                                             : leaf_visibility(surface, pool_[work.polygon], fragments_[fragment_of(work.child)]);
+        all = any ? combine(all, here) : here;
+        any = true;
+        if (all == Visibility::partial)
+            return all;
+    }
+    return all;
+}
+
+Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
+    if (holds(box, sight_.eye()))
+        return Visibility::partial;
+    bool any = false;
+    Visibility all = Visibility::partial; // of a box without a face that shows: nothing is known
+    for (int axis = 0; axis < 3; ++axis) {
+        Sight::Mark mark = sight_.mark();
+        std::uint32_t plane;
+        bool shows = face_of(box, axis, plane, pool_[0]);
+        if (shows) {
+            Visibility face = visibility_of(plane);
+            all = any ? combine(all, face) : face;
+            any = true;
+        }
+        sight_.forget(mark);
+        if (any && all == Visibility::partial)
+            break;
+    }
+    return all;
+}
+
+/// Does the part of the box that lies in the fragment's frustum lie behind the fragment's plane? The part that comes
+/// first is that of the faces.
+bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment) {
+    signed char sides[PicturePolygon::kMost];
+    bool misses = true;
+    for (int axis = 0; axis < 3 && misses; ++axis) {
+        Sight::Mark mark = sight_.mark();
+        std::uint32_t plane;
+        PicturePolygon *piece = &pool_[0], *next = &pool_[1];
+        bool inside = face_of(box, axis, plane, *piece);
+        for (std::uint32_t e = 0; e < fragment.edges && inside && misses; ++e) {
+            LineRef line = fragment_edges_[fragment.first_edge + e];
+            switch (locate(sight_, line, *piece, sides)) {
+            case Place::outside: inside = false; break;
+            case Place::undecided: misses = false; break;
+            case Place::inside: break;
+            case Place::both:
+                misses = cut(sight_, line, *piece, sides, next, nullptr);
+                std::swap(piece, next);
+                break;
+            }
+        }
+        if (inside && misses)
+            misses = leaf_visibility(plane, *piece, fragment) == Visibility::invisible;
+        sight_.forget(mark);
+    }
+    return misses;
+}
+
+Visibility OcclusionTree::visibility_unsplit(const Box3d& box, LeafTest test) {
+    if (holds(box, sight_.eye()))
+        return Visibility::partial;
+    bool shows = false;
+    for (int axis = 0; axis < 3; ++axis) {
+        int b = (axis + 1) % 3, c = (axis + 2) % 3;
+        shows |= (sight_.eye()[axis] < box.min[axis] || sight_.eye()[axis] > box.max[axis]) &&
+                 box.min[b] < box.max[b] && box.min[c] < box.max[c];
+    }
+    if (!shows)
+        return Visibility::partial;
+    bool any = false;
+    Visibility all = Visibility::full;
+    unsplit_stack_.clear();
+    unsplit_stack_.push_back(root_);
+    while (!unsplit_stack_.empty()) {
+        Child child = unsplit_stack_.back();
+        unsplit_stack_.pop_back();
+        while (child >= 0) {
+            const Node& node = nodes_[static_cast<std::size_t>(child)];
+            ++planes_tested_;
+            Sight::Range range = sight_.line_range(node.line, box);
+            if (range.least >= 0) {
+                child = node.inside;
+            } else if (range.most <= 0) {
+                child = node.outside;
+            } else {
+                unsplit_stack_.push_back(node.outside);
+                child = node.inside;
+            }
+        }
+        Visibility here = Visibility::full;
+        if (child != kOut) {
+            const Fragment& fragment = fragments_[fragment_of(child)];
+            Sight::Range range = sight_.plane_range(fragment.plane, box);
+            if (range.most < 0)
+                here = Visibility::invisible;
+            else if (range.least < 0)
+                here = test == LeafTest::pyramid && misses_pyramid(box, fragment) ? Visibility::invisible
+                                                                                 : Visibility::partial;
+        }
+        all = any ? combine(all, here) : here;
+        any = true;
+        if (all == Visibility::partial)
+            break;
+    }
+    return all;
+}
+
+} // namespace antumbra

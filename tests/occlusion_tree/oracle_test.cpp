@@ -1,0 +1,114 @@
+// The tree against brute force in rational arithmetic, state by state.
+#include "occlusion_tree/configurations.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <numeric>
+
+namespace antumbra {
+namespace {
+
+using namespace test;
+
+struct Counts {
+    std::uint64_t boxes = 0, invisible = 0, partial = 0, full = 0, pyramid_invisible = 0, conservative_invisible = 0;
+    std::uint64_t filtered = 0, exact = 0, undecided = 0;
+};
+
+/// One configuration: FSE equal to the oracle in both orders and forms, FME and FMC never below it nor each other.
+void compare(const Configuration& made, Counts& counts, const std::string& what) {
+    TreeOccluders occluders = TreeOccluders::build(made.set);
+    std::vector<std::uint32_t> all(made.set.polygons.size());
+    std::iota(all.begin(), all.end(), 0u);
+    TreeBuilder builder(occluders, std::uint32_t(all.size()) * 8 + 8);
+    OcclusionTreeLimits limits{1u << 12, 1u << 13, 1u << 11};
+    OcclusionTree plain(limits), modified(limits), any_order(limits);
+    plain.begin(made.eye, 10, TreeForm::plain);
+    builder.insert(plain, all, TreeBuilder::Order::binary_space_partition);
+    modified.begin(made.eye, 10, TreeForm::modified);
+    builder.insert(modified, all, TreeBuilder::Order::binary_space_partition);
+    any_order.begin(made.eye, 10, TreeForm::modified);
+    builder.insert(any_order, all, TreeBuilder::Order::as_given);
+    ASSERT_FALSE(plain.ran_out() || modified.ran_out() || any_order.ran_out()) << what;
+    ASSERT_LE(modified.node_count(), plain.node_count()) << what;
+    auto shadows = shadows_of(made);
+    for (const Box3d& box : made.boxes) {
+        OracleAnswer truth = ask_oracle(box, made.eye, shadows);
+        ++counts.boxes;
+        counts.invisible += truth.visibility == Visibility::invisible;
+        counts.partial += truth.visibility == Visibility::partial;
+        counts.full += truth.visibility == Visibility::full;
+        for (OcclusionTree* tree : {&plain, &modified, &any_order})
+            ASSERT_EQ(int(tree->visibility_by_faces(box)), int(truth.visibility))
+                << what << (tree == &plain ? " plain" : tree == &modified ? " modified" : " as given");
+        Visibility e = modified.visibility_unsplit(box, LeafTest::pyramid);
+        Visibility c = modified.visibility_unsplit(box, LeafTest::conservative);
+        counts.pyramid_invisible += e == Visibility::invisible;
+        counts.conservative_invisible += c == Visibility::invisible;
+        if (e == Visibility::invisible) {
+            ASSERT_EQ(int(truth.visibility), int(Visibility::invisible)) << what;
+        }
+        if (c == Visibility::invisible) {
+            ASSERT_EQ(int(e), int(Visibility::invisible)) << what;
+        }
+    }
+    for (OcclusionTree* tree : {&plain, &modified, &any_order}) {
+        counts.filtered += tree->sight().tally().filtered;
+        counts.exact += tree->sight().tally().exact;
+        counts.undecided += tree->sight().tally().undecided;
+    }
+}
+
+void random_round(std::uint64_t seed, std::uint64_t trial, Counts& counts) {
+    Random random(seed, trial, 0x6f627370);
+    std::uint32_t occluders = 1 + random.below(10);
+    std::string what = "seed " + std::to_string(seed) + " trial " + std::to_string(trial);
+    switch (trial % 4) {
+    case 0: return compare(lattice_configuration(random, occluders, 12), counts, what + " lattice");
+    case 1: return compare(general_configuration(random, occluders, 12, false), counts, what + " general");
+    case 2: return compare(general_configuration(random, occluders, 12, true), counts, what + " crowded");
+    default: return compare(wall_configuration(random, 12), counts, what + " wall");
+    }
+}
+
+void print(const Counts& counts) {
+    std::printf("%llu boxes: %llu invisible, %llu partial, %llu full; unsplit: E hides %llu, C %llu; signs: %llu filtered, "
+                "%llu exact, %llu undecided\n",
+                (unsigned long long)counts.boxes, (unsigned long long)counts.invisible,
+                (unsigned long long)counts.partial, (unsigned long long)counts.full,
+                (unsigned long long)counts.pyramid_invisible, (unsigned long long)counts.conservative_invisible,
+                (unsigned long long)counts.filtered, (unsigned long long)counts.exact,
+                (unsigned long long)counts.undecided);
+}
+
+TEST(OcclusionTreeOracle, random_boxes_and_occluders) {
+    Counts counts;
+    for (std::uint64_t trial = 0; trial < 400 && !HasFatalFailure(); ++trial)
+        random_round(1, trial, counts);
+    print(counts);
+    EXPECT_GT(counts.invisible * 25, counts.boxes) << "hardly anything is hidden: the comparison says little";
+    EXPECT_GT(counts.partial * 10, counts.boxes);
+    EXPECT_GT(counts.full * 20, counts.boxes);
+    EXPECT_GT(counts.pyramid_invisible, counts.conservative_invisible);
+    EXPECT_GT(counts.exact, 1000u) << "degenerate positions are meant to be among them";
+    EXPECT_EQ(counts.undecided, 0u);
+}
+
+/// ANTUMBRA_SOAK=SECONDS compares for that long.
+TEST(OcclusionTreeOracle, soak) {
+    const char* seconds = std::getenv("ANTUMBRA_SOAK");
+    if (!seconds)
+        GTEST_SKIP() << "set ANTUMBRA_SOAK to a number of seconds";
+    auto now = std::chrono::steady_clock::now();
+    auto end = now + std::chrono::duration<double>(std::atof(seconds));
+    auto seed = std::uint64_t(now.time_since_epoch().count());
+    Counts counts;
+    for (std::uint64_t trial = 0; std::chrono::steady_clock::now() < end && !HasFatalFailure(); ++trial)
+        random_round(seed, trial, counts);
+    print(counts);
+}
+
+} // namespace
+} // namespace antumbra
