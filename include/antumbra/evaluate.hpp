@@ -11,6 +11,7 @@
 #include <antumbra/study.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -168,6 +169,61 @@ Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const Wa
 
 /// The first method that promises not to lose pixels and lost some, or nullptr.
 const WalkMethod* find_broken_promise(const WalkResult& result);
+
+// -- prove: many random frames of every method ---------------------------------------------------------------------
+
+struct ProofResult;
+
+struct ProofOptions {
+    /// Names of culler_names(); empty: all but `none`, `frustum-scalar` and `pvs` (which joins where `pvs` is given).
+    std::vector<std::string> methods;
+    std::uint64_t frames = 1000;
+    std::uint32_t width = 160, height = 90; ///< of the picture; the truth has truth_scale times as many pixels a side
+    std::uint32_t truth_scale = 4;          ///< 1..8
+    std::uint32_t aimed = 1000; ///< lines of sight per frame and method aimed at objects that it hides
+    std::uint64_t seed = 1;
+    const Pvs* pvs = nullptr;
+    std::uint32_t occluders = 0; ///< as WalkOptions::occluders
+    /// Called after every block of frames with all that is proved so far: where to save it.
+    std::function<Status(const ProofResult&)> keep;
+};
+
+/// What one method did with the frames. A lost pixel is a line of sight, confirmed by exact arithmetic, that sees an
+/// object which the method did not report although it lies in the frustum.
+struct ProofMethod {
+    std::string name;
+    Guarantee guarantee = Guarantee::approximate;
+    std::uint64_t frames = 0;               ///< judged
+    std::uint64_t in_frustum = 0, hidden = 0; ///< objects, totals
+    std::uint64_t pixels = 0, aimed = 0;    ///< lines of sight that were asked
+    std::uint64_t lost_objects = 0, lost_pixels = 0;
+    std::uint64_t grazing_pixels = 0, unconfirmed_pixels = 0; ///< against the method, but no proof: see LostPixels
+};
+
+/// A frame in which a method lost something, to look at again.
+struct ProofLoss {
+    std::string method;
+    std::uint64_t frame = 0;
+    View view; ///< local
+    std::uint32_t object = 0;
+    std::uint64_t pixels = 0;
+};
+
+struct ProofResult {
+    std::vector<ProofMethod> methods;
+    std::uint64_t seen_objects = 0; ///< totals over the frames
+    std::vector<ProofLoss> losses;  ///< the first ones, at most 20
+};
+
+/// Frames come in blocks of that many; every block begins with empty caches and is a pure function of (scene, seed,
+/// its number), so that proofs can go on where they stopped.
+inline constexpr std::uint64_t kProofBlock = 64;
+
+/// Judges every method on random frames by the truth: places where one can stand, close to surfaces, in planes of the
+/// scene, inside matter and outside; any direction and roll; fields of view from 5 to 150 degrees; orthographic views;
+/// near planes of zero and more; moving in small steps and in jumps, so that caches are tried, too. Continues `result`:
+/// methods that it holds go on from their number of frames. ErrorCode::cancelled, `result` being whole up to a block.
+Status prove(const Scene& scene, const ProofOptions& options, ProofResult& result, const Job& job = {});
 
 struct ReportOptions {
     std::string path_description;    ///< of FoundPath

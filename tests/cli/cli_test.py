@@ -52,7 +52,7 @@ class Commands(unittest.TestCase):
             self.assertIn(text, lines[0])
 
     def test_every_command_has_help_with_an_example(self):
-        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain"):
+        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove"):
             self.assertIn("Example:", run(command, "--help")[0], command)
 
     def test_wrong_usage_exits_2(self):
@@ -177,6 +177,15 @@ class Commands(unittest.TestCase):
         other = os.path.join(self.folder.name, "other.glb")
         run("generate", "office", "-o", other, "--triangles", 20000)
         self.assert_one_line_error(1, "verify", other, self.pvs, saying=["another scene"])
+
+    def test_prove_goes_on_from_its_table(self):
+        table = os.path.join(self.folder.name, "proof.csv")
+        prove = run_json("prove", self.scene, "--random-frames", 64, "--size", "32x18", "--aimed", 20, "-o", table)
+        self.assertTrue(all(method["frames"] == 64 and method["lost_pixels"] == 0 for method in prove["methods"]))
+        again = run_json("prove", self.scene, "--random-frames", 128, "--size", "32x18", "--aimed", 20, "-o", table)
+        self.assertEqual([method["frames"] for method in again["methods"]], [128] * len(prove["methods"]))
+        with open(table) as file:
+            self.assertEqual(len(file.readlines()), 1 + len(prove["methods"]))
 
     def test_walk_keys(self):
         report = os.path.join(self.folder.name, "report.html")
