@@ -15,19 +15,25 @@
  *     ant_cursor_destroy(cursor);
  *     ant_pvs_close(pvs);
  *
+ * Without a bake, or on top of one: an ant_cull_scene of boxes and occluders, an ant_culler over it, and one ant_cull_state
+ * for each view (see "Culling" below).
+ *
  * Rules that hold for every function
  *  - It returns an ant_status and never throws, prints, exits or touches global state. Where an answer goes to
  *    a pointer, that pointer is written only if the status is ANT_OK (and where stated otherwise).
  *  - A NULL where an object is needed, or an index out of range, gives ANT_USAGE and nothing else happens.
  *  - Sizes come first: call a "read" function with a NULL buffer and capacity 0 to learn how much there is. A
  *    buffer that is too small is not written: the call gives ANT_LIMIT and the size that is needed.
- *  - Threads: an ant_pvs may be used by any number of threads at once. An ant_cursor belongs to one thread at a
- *    time. Opening, closing, creating and destroying are ordinary calls without hidden state.
+ *  - Structs that begin with struct_size: set it to sizeof the struct before the call. A library that is newer than
+ *    its caller uses as much of the struct as the caller knows; too small a size is ANT_USAGE, and input of a size that
+ *    the library does not know yet ANT_UNSUPPORTED.
+ *  - Threads: an ant_pvs, ant_cull_scene or ant_culler may be used by any number of threads at once. An ant_cursor or
+ *    ant_cull_state belongs to one thread at a time. Opening, closing, creating and destroying are ordinary calls without hidden state.
  *  - Objects are numbered from 0 in the order in which the baker met them; node, primitive and instance say
  *    what each is in the scene's own file.
  *  - Coordinates are those of the scene file (world), in its units, as double.
- *  - Memory is taken by open and create and by the first query of a cursor; later queries take none. When there is
- *    no memory left the program ends, as with any C++ program built without exceptions.
+ *  - Memory is taken by open and create and by the first query of a cursor or the first frames of a cull state; later
+ *    ones take none. When there is no memory left the program ends, as with any C++ program built without exceptions.
  */
 #ifndef ANTUMBRA_ANTUMBRA_H
 #define ANTUMBRA_ANTUMBRA_H
@@ -229,6 +235,157 @@ ant_status ant_cursor_read_bits(const ant_cursor* cursor, uint8_t* bytes, size_t
 
 /* `*visible` becomes 1 or 0. Errors: ANT_USAGE (also before the first query). Cost: a nanosecond. */
 ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visible);
+
+/* What a renderer has to do: the objects that are visible now and were not at the last successful call of this
+ * function (`shown`), and the other way round (`hidden`), both ascending. Before the first call everything counts as
+ * visible, so that a renderer that begins by drawing all objects only ever applies differences. With both buffers NULL
+ * or one of them too small (ANT_LIMIT) the two counts are written and nothing else happens: the differences stay to be
+ * read. A difference that is empty needs no buffer. Errors: ANT_USAGE (also before the first query), ANT_LIMIT.
+ * Cost: a nanosecond per 64 objects and per difference; memory (one bit per object) once. */
+ant_status ant_cursor_read_changes(ant_cursor* cursor, uint32_t* shown, size_t shown_capacity, size_t* shown_count,
+                                   uint32_t* hidden, size_t hidden_capacity, size_t* hidden_count);
+
+/* ---- Culling ---------------------------------------------------------------------------------------------------
+ *
+ *     ant_cull_scene* scene;  ant_culler* culler;  ant_cull_state* state;  ant_view view;
+ *     ant_cull_scene_create(&input, &scene, error, sizeof error);           // or ant_cull_scene_create_from_pvs
+ *     ant_culler_create(scene, "masked", NULL, &culler, error, sizeof error);
+ *     ant_cull_state_create(&state);                                        // one for each camera, shadow cascade, eye
+ *     ant_view_init(&view, sizeof view);
+ *     for (each frame) {
+ *         ... view.eye, view.target, view.fov_y_deg, view.aspect ...
+ *         ant_culler_cull(culler, &view, state);
+ *         ant_cull_state_read_ids(state, ids, capacity, &count);            // draw these objects
+ *     }
+ */
+
+/* Boxes of objects and what hides things, prepared for culling. Immutable. */
+typedef struct ant_cull_scene ant_cull_scene;
+
+/* What a scene is made of. Only read during ant_cull_scene_create. Occluders are triangles that surely block sight
+ * (opaque, not animated, really drawn); connected ones work best: vertices at the same place are taken as one. Few
+ * and large ones pay most. Triangles without area, or with a coordinate that is not finite, are left out. */
+typedef struct ant_cull_input {
+    size_t struct_size;
+    uint32_t object_count;
+    const double* bounds;      /* for each object: least x, y, z, greatest x, y, z. Senseless boxes are always visible */
+    const uint32_t* flags;     /* for each object: ANT_OBJECT_ALWAYS_VISIBLE matters, other bits do not. NULL: none */
+    double origin[3];          /* near the scene: boxes are kept in single precision relative to it, rounded outward */
+    uint32_t vertex_count;
+    const double* vertices;    /* x, y, z of each; NULL if there are none */
+    uint32_t triangle_count;   /* 0: methods that need occluders cull by the frustum only */
+    const uint32_t* triangles; /* three vertices of each, counter-clockwise seen from the front */
+    const uint8_t* two_sided;  /* for each triangle: 0 blocks sight only towards its front. NULL: all 0 */
+} ant_cull_input;
+
+/* Errors: ANT_USAGE (a vertex number out of range, a needed pointer NULL, an origin that is not finite),
+ * ANT_UNSUPPORTED. `error` as in ant_pvs_open_memory. Cost: O(n log n), about a microsecond per box or triangle. */
+ant_status ant_cull_scene_create(const ant_cull_input* input, ant_cull_scene** scene, char* error, size_t error_size);
+
+/* The scene that a file was baked from: its objects in their order. Does not need `pvs` afterwards. */
+ant_status ant_cull_scene_create_from_pvs(const ant_pvs* pvs, ant_cull_scene** scene, char* error, size_t error_size);
+
+/* NULL is allowed. Cullers made from it keep what they need. */
+void ant_cull_scene_destroy(ant_cull_scene* scene);
+
+typedef struct ant_cull_scene_info {
+    size_t struct_size;
+    uint32_t object_count;
+    uint32_t occluder_count; /* polygons that block sight */
+} ant_cull_scene_info;
+
+/* Errors: ANT_USAGE. */
+ant_status ant_cull_scene_describe(const ant_cull_scene* scene, ant_cull_scene_info* info);
+
+/* One method of culling over one scene. Immutable. */
+typedef struct ant_culler ant_culler;
+
+typedef struct ant_culler_options {
+    size_t struct_size;
+    uint32_t occluders;       /* "planes": occluders per frame, 0..64 */
+    uint32_t raster_width;    /* "hzb", "masked": pixels across, 8..2048 */
+    uint32_t polygon_budget;  /* "hzb", "masked": polygons drawn per frame at most */
+    float pixels_per_polygon; /* "masked": patches that cover fewer pixels for each polygon are not drawn */
+    const ant_pvs* pvs;       /* "pvs": the baked file, of the same objects in the same order; must stay open while
+                                 the culler is used. NULL for other methods */
+} ant_culler_options;
+
+/* Sets the defaults. `size` is sizeof(ant_culler_options). Errors: ANT_USAGE. */
+ant_status ant_culler_options_init(ant_culler_options* options, size_t size);
+
+/* How many methods there are, and the name of each, from the plainest to the most elaborate; buffer and length as in
+ * ant_pvs_read_text. Errors: ANT_USAGE, ANT_LIMIT. */
+uint32_t ant_culler_method_count(void);
+ant_status ant_culler_read_method(uint32_t index, char* buffer, size_t capacity, size_t* length);
+
+/* options NULL: the defaults. Errors: ANT_USAGE (the method is unknown: the text lists the known ones; an option out of
+ * range or missing), ANT_MISMATCH (a pvs of another scene), ANT_UNSUPPORTED. */
+ant_status ant_culler_create(const ant_cull_scene* scene, const char* method, const ant_culler_options* options,
+                             ant_culler** culler, char* error, size_t error_size);
+
+/* NULL is allowed. */
+void ant_culler_destroy(ant_culler* culler);
+
+/* Of what it reports, against what is visible in the view. Errors: ANT_USAGE. */
+ant_status ant_culler_guarantee(const ant_culler* culler, ant_guarantee* guarantee);
+
+typedef enum ant_projection { ANT_PERSPECTIVE = 0, ANT_ORTHOGRAPHIC = 1 } ant_projection;
+
+/* A camera, in world coordinates. */
+typedef struct ant_view {
+    size_t struct_size;
+    ant_projection projection;
+    double eye[3];
+    double target[3]; /* any point on the line of sight but the eye */
+    double up[3];     /* not along the line of sight */
+    double fov_y_deg; /* perspective: full vertical angle, above 0 and below 180 */
+    double height;    /* orthographic: height of the view volume */
+    double aspect;    /* width / height */
+    double near_plane, far_plane; /* distances along the line of sight; the far one may be infinite */
+} ant_view;
+
+/* Sets the defaults: perspective, 60 degrees, 16 : 9, from 0.1 to infinity, at the origin, looking along -z, y upward.
+ * `size` is sizeof(ant_view). Errors: ANT_USAGE. */
+ant_status ant_view_init(ant_view* view, size_t size);
+
+/* What one view keeps from frame to frame, and its last answer. Serves one culler at a time: used with another one
+ * it forgets its caches, not what ant_cull_state_read_changes has told. */
+typedef struct ant_cull_state ant_cull_state;
+
+/* Errors: ANT_USAGE. */
+ant_status ant_cull_state_create(ant_cull_state** state);
+
+/* NULL is allowed. */
+void ant_cull_state_destroy(ant_cull_state* state);
+
+/* Which objects can be seen in this view? The answer lies in `state`. Whatever cannot be decided is visible; a view that
+ * makes no sense (NaN, target at the eye, ..) sees everything: that is an answer, not an error. Errors: ANT_USAGE,
+ * ANT_UNSUPPORTED. */
+ant_status ant_culler_cull(const ant_culler* culler, const ant_view* view, ant_cull_state* state);
+
+typedef struct ant_cull_answer {
+    size_t struct_size;
+    ant_guarantee guarantee;
+    int32_t everything;           /* 1: the method had to give up and reports every object */
+    const char* reason;           /* then: why (static text); else "" */
+    uint32_t object_count;
+    uint32_t visible_count;
+    uint64_t boxes_tested;        /* what the stages did; a stage that a method does not have stays 0 */
+    uint64_t outside_frustum;     /* boxes of nodes and objects outside the frustum */
+    uint64_t hidden_by_pvs;       /* objects */
+    uint64_t hidden_by_occluders; /* boxes of nodes and objects behind occluders */
+    uint64_t occluders_used;      /* shadows cast, or polygons drawn */
+} ant_cull_answer;
+
+/* The last answer in short. Errors: ANT_USAGE, also before the first one. */
+ant_status ant_cull_state_describe(const ant_cull_state* state, ant_cull_answer* answer);
+
+/* The last answer, as ant_cursor_read_ids, _read_bits, _sees and _read_changes have it. */
+ant_status ant_cull_state_read_ids(const ant_cull_state* state, uint32_t* ids, size_t capacity, size_t* count);
+ant_status ant_cull_state_read_bits(const ant_cull_state* state, uint8_t* bytes, size_t capacity, size_t* count);
+ant_status ant_cull_state_sees(const ant_cull_state* state, uint32_t object, int* visible);
+ant_status ant_cull_state_read_changes(ant_cull_state* state, uint32_t* shown, size_t shown_capacity, size_t* shown_count,
+                                       uint32_t* hidden, size_t hidden_capacity, size_t* hidden_count);
 
 #ifdef __cplusplus
 }

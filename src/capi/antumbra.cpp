@@ -1,34 +1,13 @@
 // The only C++ that knows the C header: checks arguments, copies, and passes on.
-#include <antumbra/antumbra.h>
-
-#include <antumbra/pvs.hpp>
-
-#include <algorithm>
-#include <bit>
-#include <cstring>
-#include <memory>
-#include <optional>
-
-#if defined(__EMSCRIPTEN__) && !defined(ANTUMBRA_NO_FILES)
-#define ANTUMBRA_NO_FILES
-#endif
-#ifndef ANTUMBRA_NO_FILES
-#include "base/file.hpp"
-#endif
+#include "capi/shared.hpp"
 
 #define STRING(x) #x
 #define VERSION_TEXT(major, minor, patch) STRING(major) "." STRING(minor) "." STRING(patch)
 
-struct ant_pvs {
-    antumbra::Pvs pvs;
-#ifndef ANTUMBRA_NO_FILES
-    std::optional<antumbra::MappedFile> file; ///< what pvs lies in, if open_file mapped it
-#endif
-};
-
 struct ant_cursor {
     const antumbra::Pvs* pvs;
     antumbra::PvsCursor cursor;
+    antumbra::capi::Told told;
 };
 
 namespace {
@@ -37,6 +16,7 @@ using antumbra::ErrorCode;
 using antumbra::Result;
 using antumbra::Status;
 using antumbra::Vec3d;
+using namespace antumbra::capi;
 
 static_assert(ANT_USAGE == int(ErrorCode::usage) && ANT_IO == int(ErrorCode::io));
 static_assert(ANT_CORRUPT == int(ErrorCode::corrupt) && ANT_UNSUPPORTED == int(ErrorCode::unsupported));
@@ -46,45 +26,6 @@ static_assert(ANT_EXACT == int(antumbra::Guarantee::exact));
 static_assert(ANT_CONSERVATIVE == int(antumbra::Guarantee::conservative));
 static_assert(ANT_AGGRESSIVE == int(antumbra::Guarantee::aggressive));
 static_assert(ANT_APPROXIMATE == int(antumbra::Guarantee::approximate));
-
-void copy_error(const std::string& message, char* error, std::size_t error_size) {
-    if (!error || error_size == 0)
-        return;
-    std::size_t length = std::min(message.size(), error_size - 1);
-    std::memcpy(error, message.data(), length);
-    error[length] = 0;
-}
-
-ant_status answer(const Status& status, char* error, std::size_t error_size) {
-    copy_error(status.message(), error, error_size);
-    return static_cast<ant_status>(status.code());
-}
-
-/// The rule of every "read" function: `needed` units go to `buffer` if it is there and large enough.
-ant_status check_buffer(const void* buffer, std::size_t capacity, std::size_t needed) {
-    if (!buffer)
-        return capacity == 0 ? ANT_OK : ANT_USAGE;
-    return capacity < needed ? ANT_LIMIT : ANT_OK;
-}
-
-ant_status read_text(std::string_view text, char* buffer, std::size_t capacity, std::size_t* length) {
-    ant_status status = check_buffer(buffer, capacity, text.size() + 1);
-    if (status == ANT_USAGE)
-        return status;
-    *length = text.size();
-    if (status == ANT_OK && buffer) {
-        std::copy(text.begin(), text.end(), buffer);
-        buffer[text.size()] = 0;
-    }
-    return status;
-}
-
-void copy(const Vec3d& from, double (&to)[3]) {
-    for (int axis = 0; axis < 3; ++axis)
-        to[axis] = from[axis];
-}
-
-Vec3d vector(const double from[3]) { return {from[0], from[1], from[2]}; }
 
 bool has_answer(const ant_cursor* cursor) { return cursor && cursor->cursor.cell != -2; }
 
@@ -115,7 +56,7 @@ ant_status ant_pvs_open_memory(const void* bytes, size_t size, ant_pvs** pvs, ch
     Result<antumbra::Pvs> opened = antumbra::Pvs::open({static_cast<const std::byte*>(bytes), size});
     if (!opened)
         return answer(opened.status(), error, error_size);
-    *pvs = new ant_pvs{std::move(*opened), {}};
+    *pvs = new ant_pvs(std::move(*opened));
     return answer({}, error, error_size);
 }
 
@@ -134,7 +75,8 @@ ant_status ant_pvs_open_file(const char* path, ant_pvs** pvs, char* error, size_
     Result<antumbra::Pvs> opened = antumbra::Pvs::open(file->bytes());
     if (!opened)
         return answer(opened.status().in(path), error, error_size);
-    *pvs = new ant_pvs{std::move(*opened), std::move(*file)};
+    *pvs = new ant_pvs(std::move(*opened));
+    (*pvs)->file = std::move(*file);
     return answer({}, error, error_size);
 #endif
 }
@@ -219,7 +161,7 @@ ant_status ant_cursor_create(const ant_pvs* pvs, ant_cursor** cursor) {
         *cursor = nullptr;
     if (!pvs || !cursor)
         return ANT_USAGE;
-    *cursor = new ant_cursor{&pvs->pvs, {}};
+    *cursor = new ant_cursor{&pvs->pvs, {}, {}};
     return ANT_OK;
 }
 
@@ -274,30 +216,13 @@ ant_status ant_cursor_describe(const ant_cursor* cursor, ant_answer* answer) {
 ant_status ant_cursor_read_ids(const ant_cursor* cursor, uint32_t* ids, size_t capacity, size_t* count) {
     if (!has_answer(cursor) || !count)
         return ANT_USAGE;
-    ant_status status = check_buffer(ids, capacity, cursor->cursor.visible_count);
-    if (status == ANT_USAGE)
-        return status;
-    *count = cursor->cursor.visible_count;
-    if (status != ANT_OK || !ids)
-        return status;
-    const std::vector<std::uint64_t>& words = cursor->cursor.visible;
-    for (std::size_t w = 0; w < words.size(); ++w)
-        for (std::uint64_t rest = words[w]; rest != 0; rest &= rest - 1)
-            *ids++ = static_cast<uint32_t>(w * 64 + static_cast<unsigned>(std::countr_zero(rest)));
-    return ANT_OK;
+    return read_ids(cursor->cursor.visible, cursor->cursor.visible_count, ids, capacity, count);
 }
 
 ant_status ant_cursor_read_bits(const ant_cursor* cursor, uint8_t* bytes, size_t capacity, size_t* count) {
     if (!has_answer(cursor) || !count)
         return ANT_USAGE;
-    std::size_t needed = (std::size_t(cursor->pvs->object_count()) + 7) / 8;
-    ant_status status = check_buffer(bytes, capacity, needed);
-    if (status == ANT_USAGE)
-        return status;
-    *count = needed;
-    for (std::size_t i = 0; status == ANT_OK && bytes && i < needed; ++i)
-        bytes[i] = static_cast<uint8_t>(cursor->cursor.visible[i / 8] >> (i % 8 * 8));
-    return status;
+    return read_bits(cursor->cursor.visible, cursor->pvs->object_count(), bytes, capacity, count);
 }
 
 ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visible) {
@@ -305,6 +230,14 @@ ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visib
         return ANT_USAGE;
     *visible = static_cast<int>(cursor->cursor.visible[object / 64] >> (object % 64) & 1);
     return ANT_OK;
+}
+
+ant_status ant_cursor_read_changes(ant_cursor* cursor, uint32_t* shown, size_t shown_capacity, size_t* shown_count,
+                                   uint32_t* hidden, size_t hidden_capacity, size_t* hidden_count) {
+    if (!has_answer(cursor))
+        return ANT_USAGE;
+    return cursor->told.read(cursor->cursor.visible, cursor->pvs->object_count(), shown, shown_capacity, shown_count,
+                             hidden, hidden_capacity, hidden_count);
 }
 
 } // extern "C"

@@ -18,6 +18,12 @@ int check_objects_and_cells(const ant_pvs* pvs);
 int check_queries(const ant_pvs* pvs);
 int check_ranges(const ant_pvs* pvs);
 int check_misuse(const ant_pvs* pvs);
+int check_cull_scene(void);
+int check_cull_methods(void);
+int check_cull_answers(void);
+int check_cull_of_file(const ant_pvs* pvs);
+int check_cursor_changes(const ant_pvs* pvs);
+int check_cull_misuse(const ant_pvs* pvs);
 }
 
 namespace {
@@ -66,6 +72,12 @@ TEST_F(CInterface, ObjectsAndCells) { EXPECT_EQ(check_objects_and_cells(pvs_), 0
 TEST_F(CInterface, Queries) { EXPECT_EQ(check_queries(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, Ranges) { EXPECT_EQ(check_ranges(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, MisuseIsAnswered) { EXPECT_EQ(check_misuse(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, Changes) { EXPECT_EQ(check_cursor_changes(pvs_), 0) << "line of cull_test.c"; }
+TEST_F(CInterface, CullScene) { EXPECT_EQ(check_cull_scene(), 0) << "line of cull_test.c"; }
+TEST_F(CInterface, CullMethods) { EXPECT_EQ(check_cull_methods(), 0) << "line of cull_test.c"; }
+TEST_F(CInterface, CullAnswers) { EXPECT_EQ(check_cull_answers(), 0) << "line of cull_test.c"; }
+TEST_F(CInterface, CullOfAFile) { EXPECT_EQ(check_cull_of_file(pvs_), 0) << "line of cull_test.c"; }
+TEST_F(CInterface, CullMisuseIsAnswered) { EXPECT_EQ(check_cull_misuse(pvs_), 0) << "line of cull_test.c"; }
 
 TEST_F(CInterface, OpensAFileOfTheDisk) {
     std::string path = testing::TempDir() + "capi_test" + std::to_string(::getpid()) + ".pvs";

@@ -26,7 +26,7 @@ MAY_INCLUDE = {
     "certify": ["pvs"],
     "bake": ["rays", "occluder_finding", "pvs", "certify"],
     "evaluate": ["bake", "cull", "import", "export", "generate"],
-    "capi": ["pvs"],
+    "capi": ["cull"],
 }
 # Public headers and the module that each belongs to.
 PUBLIC = {
