@@ -15,16 +15,22 @@ struct Method {
 constexpr std::array kMethods{
     Method{"none", "reports every object",
            [](const CullScene& scene, const CullerOptions&) { return Result<CullerPointer>(make_none(scene)); }},
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY // where bytes count, what is there to be compared with stays away
     Method{"frustum-scalar", "view frustum, one box at a time over a binary tree: the denominator of all ratios",
            [](const CullScene& scene, const CullerOptions&) {
                return Result<CullerPointer>(make_frustum_scalar(scene));
            }},
+#endif
     Method{"frustum", "view frustum, eight boxes at a time over a wide tree", make_frustum},
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY
     Method{"hzb", "hierarchical z-buffer of conservatively drawn occluders, scalar", make_hzb},
+#endif
     Method{"masked", "masked depth buffer, occluders drawn as a front-to-back walk meets them", make_masked},
     Method{"planes", "shadows of the largest convex occluders (Coorg, Teller 1997)", make_planes},
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY
     Method{"planes-published", "the same as published: a kd-tree, cached relations of occluders and nodes",
            make_published_planes},
+#endif
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };
 
