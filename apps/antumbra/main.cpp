@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
     add_inspect(app);
     add_verify(app);
     add_explain(app);
+    add_compare(app);
     add_walk(app);
     add_prove(app);
     add_cull(app);

@@ -52,7 +52,8 @@ class Commands(unittest.TestCase):
             self.assertIn(text, lines[0])
 
     def test_every_command_has_help_with_an_example(self):
-        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove"):
+        for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove",
+                        "compare"):
             self.assertIn("Example:", run(command, "--help")[0], command)
 
     def test_wrong_usage_exits_2(self):
@@ -89,6 +90,22 @@ class Commands(unittest.TestCase):
         self.assertGreater(run_json("info", picture)["triangles"], 10)
         self.assert_one_line_error(2, *arguments, "nobody", saying=["nobody"])
         self.assert_one_line_error(2, "explain", self.scene, self.pvs, "--eye", "2,1", "--object", "0", saying=["--eye"])
+
+    def test_compare_finds_what_a_sampler_missed(self):
+        exact, other = (os.path.join(self.folder.name, name) for name in ("exact.pvs", "other.pvs"))
+        run("bake", self.scene, "-o", exact, "--cells", "6x1x4", "--rays-per-cell", 4096, "--method", "exact")
+        run("bake", self.scene, "-o", other, "--cells", "3x1x2", "--rays-per-cell", 4096, "--method", "exact")
+        same = run_json("compare", self.scene, self.pvs, exact)
+        self.assertTrue(same["same_cells"])
+        self.assertEqual((same["a"]["pairs_only"], same["contradictions"]), (0, 0))
+        self.assertGreater(same["b"]["pairs_only"], 0)
+        coarse = run_json("compare", self.scene, exact, other)
+        self.assertFalse(coarse["same_cells"])
+        self.assertGreaterEqual(coarse["pieces"], 24) # the counts are nested, the edges are whole grid steps
+        self.assertGreater(coarse["pieces_bound"], 0)
+        self.assertEqual(coarse["contradictions"], 0)
+        self.assertGreater(coarse["b"]["mean_only"], 10 * coarse["a"]["mean_only"])
+        self.assert_one_line_error(1, "compare", self.scene, exact, exact + ".missing", saying=["exact.pvs.missing"])
 
     def test_info_keys(self):
         info = run_json("info", self.scene)

@@ -32,7 +32,7 @@ MAY_INCLUDE = {
 PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
     "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "evaluate": "evaluate", "study": "evaluate", "antumbra": "capi",
-    "explain": "evaluate",
+    "explain": "evaluate", "compare": "evaluate",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
 RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "occlusion_tree", "pvs", "cull", "capi"}

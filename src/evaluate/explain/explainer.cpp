@@ -3,6 +3,7 @@
 #include "evaluate/explain/sight_lines.hpp"
 #include "rays/arbiter.hpp"
 
+#include <antumbra/evaluate.hpp>
 #include <antumbra/explain.hpp>
 
 #include <algorithm>
@@ -191,8 +192,8 @@ const Scene& Explainer::scene() const { return parts_->scene; }
 const Pvs& Explainer::pvs() const { return parts_->pvs; }
 
 Result<Explainer> Explainer::create(const Scene& scene, const Pvs& pvs, const Job& job) {
-    if (pvs.scene_fingerprint() != scene.fingerprint() || pvs.object_count() != scene.objects().size())
-        return Status(ErrorCode::mismatch, "the file was baked from another scene; bake it again");
+    if (Status status = check_belongs(scene, pvs); !status)
+        return status;
     Tracer tracer = Tracer::build(scene, job);
     return Explainer(std::make_unique<Parts>(Parts{scene, pvs, std::move(tracer), exact::SceneTree::build(scene)}));
 }
