@@ -208,14 +208,16 @@ void run(const std::string& path, const Options& options) {
     double finding = milliseconds_since(start);
     Tracer tracer = Tracer::build(*scene);
     std::vector<Box3f> bounds;
-    std::vector<std::uint32_t> flags;
+    std::vector<std::uint32_t> flags, triangles;
     for (const Object& object : scene->objects()) {
         bounds.push_back(object.bounds);
         flags.push_back(object.flags);
+        triangles.push_back(object.triangle_count);
     }
     CullSceneInput input;
     input.bounds = bounds;
     input.flags = flags;
+    input.triangles = triangles;
     input.occluders = &occluders;
     start = Clock::now();
     CullScene cull_scene = CullScene::create(input);

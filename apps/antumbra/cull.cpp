@@ -49,6 +49,12 @@ void print_result(const CullArguments& arguments, const Scene& scene, const Cull
         {"hidden_by_last", result.counters.hidden_by_last},
         {"hidden_by_planes", result.counters.hidden_by_planes},
         {"hidden_by_raster", result.counters.hidden_by_raster},
+        {"tree_nodes", result.counters.tree_nodes},
+        {"tree_fragments", result.counters.tree_fragments},
+        {"tree_tests", result.counters.tree_tests},
+        {"tree_planes_tested", result.counters.tree_planes_tested},
+        {"tests_saved", result.counters.tests_saved},
+        {"hidden_by_tree", result.counters.hidden_by_tree},
         {"patches_drawn", result.counters.patches_drawn},
         {"polygons_drawn", result.counters.polygons_drawn},
         {"budget_spent", result.counters.budget_spent},
@@ -135,7 +141,8 @@ void add_cull(CLI::App& app) {
     command.add_option("--far", arguments->view.far_plane, "Far plane");
     command.add_flag("--orthographic", arguments->orthographic, "Parallel projection");
     command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
-    command.add_option("--occluders", arguments->options.occluders, "planes: occluders at most")->capture_default_str();
+    command.add_option("--occluders", arguments->options.occluders, "planes, tree-: occluders at most")->capture_default_str();
+    command.add_option("--minimum-cost", arguments->options.tree.minimum_cost, "tree-: nodes with fewer triangles are not tested")->capture_default_str();
     command.add_option("--raster-width", arguments->options.raster_width, "hzb, masked: pixels across")->capture_default_str();
     command.add_option("--polygons", arguments->options.polygon_budget, "hzb, masked: polygons drawn at most")->capture_default_str();
     add_common(command, arguments->common, "antumbra cull city.glb --method frustum --eye 0,1.7,0 --dir 1,0,0",

@@ -53,6 +53,7 @@ struct CullSceneInput {
     std::span<const Box3f> bounds;           ///< local, one per object
     std::span<const std::uint32_t> flags;    ///< ObjectFlag of scene.hpp; empty: no flags
     Vec3d origin;                            ///< world position of local zero (only `pvs` asks)
+    std::span<const std::uint32_t> triangles; ///< one per object: what it costs to draw; empty: not known
     const OccluderSet* occluders = nullptr;  ///< local; without them occlusion methods only cull by the frustum
 };
 
@@ -86,6 +87,12 @@ struct CullCounters {
     std::uint64_t hidden_by_last = 0;     ///< boxes hidden by the occluder that hid them last time
     std::uint64_t hidden_by_planes = 0;   ///< boxes (of nodes and objects) in the shadow of some other occluder
     std::uint64_t hidden_by_raster = 0;   ///< boxes (of nodes and objects) behind the rasterised depth
+    std::uint64_t tree_nodes = 0;         ///< shadow planes in the occlusion tree
+    std::uint64_t tree_fragments = 0;     ///< its leaves that are in shadow
+    std::uint64_t tree_tests = 0;         ///< boxes put to the occlusion tree
+    std::uint64_t tree_planes_tested = 0; ///< shadow planes that polygons and boxes were put to, building included
+    std::uint64_t tests_saved = 0;        ///< boxes not tested: too cheap to draw, or visible in part last time
+    std::uint64_t hidden_by_tree = 0;     ///< boxes (of nodes and objects) that the occlusion tree hides
     std::uint64_t patches_drawn = 0;      ///< occluder patches that were rasterised
     std::uint64_t polygons_drawn = 0;     ///< and their polygons
     bool budget_spent = false;            ///< occluders were left out because the budget was used up
@@ -140,10 +147,31 @@ class Culler {
     virtual void cull(const View& view, ViewState& state, CullResult& result) const = 0;
 };
 
+/// How large occluders look (area A, normal N, viewing direction V, D from the eye to the centre): the published
+/// area-angle -A (N.V) / |D|^2, or the same with D / |D| in V's place, which does not starve large walls at the rim of
+/// a wide view.
+enum class AreaAngle : std::uint8_t { viewing_direction, line_of_sight };
+
+/// Whether nodes that were visible in part are tested again in the next frame (Bittner, Havran, Slavik 1998, 5.4).
+enum class Retest : std::uint8_t { when_unmarked, always };
+
+/// For the methods with occlusion trees.
+struct OcclusionTreeOptions {
+    /// Nodes with fewer triangles below are drawn without a test. Without CullSceneInput::triangles all are tested.
+    std::uint32_t minimum_cost = 50;
+    Retest retest = Retest::when_unmarked;
+    AreaAngle area_angle = AreaAngle::viewing_direction;
+    /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest
+    /// step of the eye so far (everything, before it has moved).
+    double reach = 0;
+};
+
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
-    /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256.
+    /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256;
+    /// `tree-fse`, `tree-fme`, `tree-fmc`: per frame, 0..256.
     std::uint32_t occluders = 64;
+    OcclusionTreeOptions tree;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
     int raster_width = 384;
     /// `hzb`, `masked`: polygons drawn per frame at most.

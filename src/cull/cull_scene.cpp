@@ -22,6 +22,8 @@ CullScene CullScene::create(const CullSceneInput& input) {
     data->bounds.assign(input.bounds.begin(), input.bounds.end());
     data->flags.assign(input.flags.begin(), input.flags.end());
     data->flags.resize(data->bounds.size(), 0);
+    if (input.triangles.size() == data->bounds.size())
+        data->triangles.assign(input.triangles.begin(), input.triangles.end());
     data->origin = input.origin;
     data->always_visible.resize((data->bounds.size() + 63) / 64);
     for (std::uint32_t o = 0; o < data->object_count(); ++o) {

@@ -30,6 +30,10 @@ constexpr std::array kMethods{
 #ifndef ANTUMBRA_SHIPPED_METHODS_ONLY
     Method{"planes-published", "the same as published: a kd-tree, cached relations of occluders and nodes",
            make_published_planes},
+    Method{"tree-f", "view frustum alone over the kd-tree of the tree- methods: what they are compared with", make_tree_f},
+    Method{"tree-fse", "occlusion tree, faces of nodes split exactly (Bittner, Havran, Slavik 1998)", make_tree_fse},
+    Method{"tree-fme", "modified occlusion tree without splitting, pyramid test at leaves", make_tree_fme},
+    Method{"tree-fmc", "modified occlusion tree without splitting or test at leaves", make_tree_fmc},
 #endif
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };

@@ -16,6 +16,11 @@ Result<CullerPointer> make_hzb(const CullScene& scene, const CullerOptions& opti
 Result<CullerPointer> make_masked(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_published_planes(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options);
+/// tree-f, tree-fse, tree-fme, tree-fmc
+Result<CullerPointer> make_tree_f(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_tree_fse(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_tree_fme(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_tree_fmc(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options);
 
 /// A number that no other culler of the process has, for ViewState::storage.

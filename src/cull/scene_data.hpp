@@ -56,6 +56,7 @@ struct ScenePatches {
 struct CullScene::Data {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags;
+    std::vector<std::uint32_t> triangles; ///< per object, or empty
     Vec3d origin;
     std::vector<std::uint64_t> always_visible; ///< bit set; these objects are in no tree
     std::vector<std::uint32_t> order;          ///< the other objects, in the order of the trees

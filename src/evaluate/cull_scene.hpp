@@ -9,14 +9,16 @@ namespace antumbra {
 /// Reads `occluders` only during the call.
 inline CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
     std::vector<Box3f> bounds;
-    std::vector<std::uint32_t> flags;
+    std::vector<std::uint32_t> flags, triangles;
     for (const Object& object : scene.objects()) {
         bounds.push_back(object.bounds);
         flags.push_back(object.flags);
+        triangles.push_back(object.triangle_count);
     }
     CullSceneInput input;
     input.bounds = bounds;
     input.flags = flags;
+    input.triangles = triangles;
     input.origin = scene.origin();
     input.occluders = &occluders;
     return CullScene::create(input);

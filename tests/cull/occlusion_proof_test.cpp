@@ -6,7 +6,7 @@ namespace {
 using test::ProofCounts;
 using test::Stage;
 
-const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc"};
 
 /// Frames per scene and method; a longer search with the environment variable.
 int frames() {
@@ -15,6 +15,7 @@ int frames() {
 }
 
 std::unique_ptr<Culler> make(const char* name, const Stage& stage, CullerOptions options = {}) {
+    options.tree.minimum_cost = 0; // the things in these scenes have few triangles
     auto culler = make_culler(name, stage.cull_scene, options);
     EXPECT_TRUE(culler.ok()) << culler.status().message();
     return std::move(culler).value();

@@ -32,14 +32,16 @@ struct Stage {
         tracer = std::make_unique<Tracer>(Tracer::build(*scene));
         occluders = find_occluders(*scene, options);
         std::vector<Box3f> bounds;
-        std::vector<std::uint32_t> flags;
+        std::vector<std::uint32_t> flags, triangles;
         for (const Object& object : scene->objects()) {
             bounds.push_back(object.bounds);
             flags.push_back(object.flags);
+            triangles.push_back(object.triangle_count);
         }
         CullSceneInput input;
         input.bounds = bounds;
         input.flags = flags;
+        input.triangles = triangles;
         input.origin = scene->origin();
         input.occluders = &occluders;
         cull_scene = CullScene::create(input);
@@ -76,6 +78,14 @@ inline bool line_through(const Volume& volume, const Vec3d& point, Ray& ray) {
     return true;
 }
 
+/// Does a line of sight (from the near plane, one unit of depth per length) meet the triangle beyond the far plane?
+inline bool is_beyond_far(const Scene& scene, std::uint32_t triangle, const Ray& ray, const View& view) {
+    Vec3d a = scene.vertex(triangle, 0);
+    Vec3d normal = cross(scene.vertex(triangle, 1) - a, scene.vertex(triangle, 2) - a);
+    double t = dot(normal, a - ray.origin) / dot(normal, ray.direction);
+    return std::isfinite(view.far_plane) && !(view.near_plane + t < view.far_plane * (1 - 1e-9));
+}
+
 struct ProofCounts {
     std::uint64_t rays = 0, seen = 0, hidden = 0, in_frustum = 0, frames = 0;
 };
@@ -102,7 +112,9 @@ inline void prove(const Stage& stage, const Culler& culler, const View& view, Vi
         for (std::uint32_t triangle : triangles) {
             std::uint32_t object = stage.scene->triangle_objects()[triangle];
             ++counts.seen;
-            // Beyond the far plane is not this stage's matter.
+            // Beyond the far plane nothing is drawn: methods that cull parts of objects need not report it.
+            if (is_beyond_far(*stage.scene, triangle, ray, view))
+                continue;
             if (lost || result.is_visible(object) || !frustum.is_visible(object))
                 continue;
             lost = arbiter.sees(ray.origin, ray.origin + ray.direction, triangle) == Verdict::clear;
