@@ -69,5 +69,6 @@ void add_walk(CLI::App& app);
 void add_prove(CLI::App& app);
 void add_cull(CLI::App& app);
 void add_occluders(CLI::App& app);
+void add_prepare(CLI::App& app);
 
 } // namespace antumbra::app

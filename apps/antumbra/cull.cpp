@@ -107,8 +107,10 @@ int run_cull(const CullArguments& arguments) {
         pvs.emplace(std::move(*parsed));
         options.pvs = &*pvs;
     }
-    CullScene cull_scene = cull_scene_of(*scene, find_occluders(*scene));
-    Result<std::unique_ptr<Culler>> culler = make_culler(arguments.method, cull_scene, options);
+    Result<CullScene> cull_scene = cull_scene_for(*scene, options.pvs);
+    if (!cull_scene)
+        return fail(cull_scene.status());
+    Result<std::unique_ptr<Culler>> culler = make_culler(arguments.method, *cull_scene, options);
     if (!culler)
         return fail(culler.status());
     View view;
@@ -131,7 +133,7 @@ void add_cull(CLI::App& app) {
     for (std::string_view name : culler_names())
         names.emplace_back(name);
     command.add_option("--method", arguments->method, "How to cull")->check(CLI::IsMember(names))->capture_default_str();
-    command.add_option("--pvs", arguments->pvs, "A bake of the same scene");
+    command.add_option("--pvs", arguments->pvs, "A bake of the same scene; what it was prepared with is not looked for again");
     command.add_option("--eye", arguments->eye, "Where the viewer is: X,Y,Z")->required();
     command.add_option("--dir", arguments->direction, "Where the viewer looks: X,Y,Z")->capture_default_str();
     command.add_option("--up", arguments->up, "What is up: X,Y,Z")->capture_default_str();

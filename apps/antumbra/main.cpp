@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
     add_prove(app);
     add_cull(app);
     add_occluders(app);
+    add_prepare(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& error) {

@@ -313,7 +313,7 @@ void add_walk(CLI::App& app) {
     CLI::App& command =
         *app.add_subcommand("walk", "Walks a camera path: times every method on the same frames, checks each by truth");
     arguments->scene.add_to(command);
-    command.add_option("--pvs", arguments->pvs, "The .pvs file of the method pvs");
+    command.add_option("--pvs", arguments->pvs, "The .pvs file of the method pvs; its occluders are used, if it was prepared");
     command.add_option("--path", arguments->path, "Camera path: .json, a glTF camera animation, auto (a walk through free space) or orbit")
         ->capture_default_str();
     command.add_option("--save-path", arguments->save_path, "Write the camera path that was walked as .json");

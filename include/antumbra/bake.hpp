@@ -154,6 +154,10 @@ struct BakePlan {
 /// was interrupted and resumed. ErrorCode::cancelled keeps finished cells in the checkpoint.
 Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Job& job = {});
 
+/// The header and the objects of a .pvs of this scene without any cell: from everywhere everything is visible. To carry
+/// chunks beside a bake (prepare_chunks() of cull.hpp), or to be filled.
+PvsData describe_scene(const Scene& scene);
+
 /// What bake() would do, from a handful of cells.
 Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const Job& job = {});
 

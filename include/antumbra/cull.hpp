@@ -65,6 +65,12 @@ class CullScene {
     /// kept out of the trees and reported in every frame.
     static CullScene create(const CullSceneInput& input);
 
+    /// From the objects of a .pvs file and its chunks OCCL, OGRP, CTRE and OSET (prepare_chunks()): the same scene, bit for
+    /// bit, without looking for anything again. What a file lacks is left out (occluders) or made anew (trees, groups).
+    /// ErrorCode::corrupt names the chunk that contradicts itself; safe with any content. `pvs` is only read during the
+    /// call.
+    static Result<CullScene> open(const Pvs& pvs);
+
     std::uint32_t object_count() const;
     std::size_t words() const { return (std::size_t(object_count()) + 63) / 64; }
     std::span<const Box3f> bounds() const;
@@ -73,6 +79,16 @@ class CullScene {
   private:
     std::shared_ptr<const Data> data_;
 };
+
+struct PrepareOptions {
+    /// Occluder sets (Coorg, Teller 1997): leaves that space is cut into, and occluders for each leaf and direction; 0:
+    /// no sets.
+    std::uint32_t leaves = 256, per_set = 64;
+};
+
+/// A CullScene as chunks for add_pvs_chunks(): occluders, their groups, the trees, and sets of occluders per place and
+/// direction. The file must describe the same objects in the same order. A pure function of (scene, options).
+Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options = {});
 
 /// What the stages of one call did. A stage that a method does not have stays 0.
 struct CullCounters {

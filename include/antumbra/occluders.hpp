@@ -7,6 +7,7 @@
 #include <antumbra/math.hpp>
 #include <antumbra/status.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -64,6 +65,10 @@ struct OccluderSet {
     }
 };
 
+/// Fills normal, offset, area and centre from the loop. A pure function of the corners; the normal is exactly
+/// perpendicular but for its own rounding where the corners lie on the grid of a scene.
+void measure_occluder(const OccluderSet& set, OccluderPolygon& polygon);
+
 /// ErrorCode::corrupt if an index is out of range, a polygon has fewer than three corners or a number is not finite.
 /// Does not check convexity: that is the promise of whoever made the set.
 Status check_occluders(const OccluderSet& set);
@@ -75,5 +80,13 @@ void connect_occluders(OccluderSet& set);
 /// Fills patches: connected polygons, grown breadth first from the largest, at most `most_polygons` owned by one.
 /// Needs neighbours.
 void group_occluders(OccluderSet& set, std::uint32_t most_polygons = 24);
+
+/// The set as bytes: chunk OCCL of a .pvs file (docs/format.md, section 6). ErrorCode::usage if check_occluders() refuses
+/// the set; limit if it has more than 2^32 of anything.
+Result<std::vector<std::byte>> encode_occluders(const OccluderSet& set);
+
+/// The set again, number for number. ErrorCode::corrupt for bytes that are no set, whose polygons have no area, or whose
+/// neighbours share no edge with them: safe with any content. O(bytes).
+Result<OccluderSet> decode_occluders(std::span<const std::byte> bytes);
 
 } // namespace antumbra

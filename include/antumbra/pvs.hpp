@@ -164,6 +164,17 @@ const char* to_string(PvsCoding coding);
 /// itself (row indices, sizes, set bits beyond the objects); limit if something does not fit the format.
 Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding = PvsCoding::cheapest);
 
+/// A chunk beside those of the bake: see docs/format.md, section 6. Readers that do not know it skip it.
+struct PvsChunk {
+    std::string name; ///< four letters
+    std::vector<std::byte> bytes;
+};
+
+/// A copy of `file` with these chunks, in place of any of the same names; all others are kept. ErrorCode::usage for a
+/// name that is not four capital letters or digits, comes twice, or belongs to the bake itself; corrupt if `file` is no
+/// .pvs. O(bytes).
+Result<std::vector<std::byte>> add_pvs_chunks(std::span<const std::byte> file, std::span<const PvsChunk> chunks);
+
 /// Per-view state of a query, owned by the caller, one per thread. Value-initialised before first use; belongs
 /// to one Pvs. Queries by eye never allocate after the first one in a grid; others reuse what it has grown to.
 struct PvsCursor {
@@ -208,6 +219,11 @@ class Pvs {
     std::uint32_t cell_row(std::uint64_t cell) const; ///< row, kCellNotBaked or kCellSolid
     std::uint64_t file_bytes() const { return bytes_.size(); }
     std::uint64_t visibility_bytes() const { return visibility_bytes_; } ///< of the coded rows and their index alone
+
+    /// The bytes of a chunk beside those of the bake (add_pvs_chunks()), or nothing. Its checksum was right; what is in
+    /// it was not looked at. O(chunks).
+    std::span<const std::byte> chunk(std::string_view name) const;
+    bool has_chunk(std::string_view name) const;
 
     /// Decodes row `row` into `words` (words_per_row() of them). Objects with kAlwaysVisible are set in every row.
     void decode_row(std::uint32_t row, std::span<std::uint64_t> words) const;
@@ -265,6 +281,11 @@ class Pvs {
     /// Index and rows in PvsCoding::cheapest, where the file's own coding has no random access.
     std::shared_ptr<const std::array<std::vector<std::byte>, 2>> unpacked_;
     std::vector<std::uint64_t> always_visible_; ///< bit set over objects
+    struct OtherChunk {
+        std::uint32_t id;
+        std::span<const std::byte> bytes;
+    };
+    std::vector<OtherChunk> others_; ///< chunks beside those of the bake
 };
 
 } // namespace antumbra

@@ -110,19 +110,9 @@ RegionSample sample_cell(const SamplingScene& shared, const Box3d& cell) {
 
 /// Header and objects of the result.
 PvsData begin_pvs(const Scene& scene, const BakeOptions& options) {
-    PvsData pvs;
+    PvsData pvs = describe_scene(scene);
     pvs.guarantee = Guarantee::aggressive;
     pvs.method = options.method;
-    pvs.tool_version = ANTUMBRA_VERSION;
-    pvs.scene_fingerprint = scene.fingerprint();
-    pvs.structure_fingerprint = scene.structure_fingerprint();
-    pvs.sides = std::uint8_t(scene.sides());
-    pvs.origin = scene.origin();
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
-        const Object& object = scene.objects()[o];
-        pvs.objects.push_back({object.id.node, object.id.primitive, object.id.instance, object.flags,
-                               object.triangle_count, object.bounds, std::string(scene.name(o))});
-    }
     return pvs;
 }
 

@@ -1,4 +1,4 @@
-// Occluder patches from the shared set to flat arrays, and the tree over objects and patches together.
+// Occluder patches from the shared set to flat arrays.
 #include "cull/scene_data.hpp"
 
 #include <algorithm>
@@ -78,12 +78,19 @@ class Layout {
 
 } // namespace
 
+std::vector<Box3f> items_of(const CullScene::Data& scene) {
+    std::vector<Box3f> items = scene.bounds;
+    for (const OccluderPatch& patch : scene.occluders.patches)
+        items.push_back(patch.box);
+    return items;
+}
+
 ScenePatches lay_out_patches(const CullScene::Data& scene) {
     ScenePatches patches;
     const OccluderSet& set = scene.occluders;
     Layout layout(set, patches.store);
-    std::vector<Box3f> items = scene.bounds;
-    std::vector<std::uint32_t> order = scene.order;
+    patches.order = scene.order;
+    std::uint32_t item = scene.object_count();
     for (const OccluderPatch& patch : set.patches) {
         std::span<const std::uint32_t> polygons(set.patch_polygons.data() + patch.first, patch.count);
         layout.add(polygons);
@@ -93,10 +100,9 @@ ScenePatches lay_out_patches(const CullScene::Data& scene) {
         patches.area.push_back(static_cast<float>(area / std::max(patch.count, 1u)));
         patches.solid.push_back(patch.count ? set.polygons[polygons[0]].solid : kNoPolygon);
         if (patch.count && !patch.box.empty())
-            order.push_back(static_cast<std::uint32_t>(items.size()));
-        items.push_back(patch.box);
+            patches.order.push_back(item);
+        ++item;
     }
-    patches.tree = collapse(build_binary_tree(items, order), order);
     return patches;
 }
 

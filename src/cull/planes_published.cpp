@@ -54,9 +54,13 @@ class PublishedPlanes final : public Culler {
         OccluderSetsOptions sets;
         sets.per_set = most_;
         sets.most_corners = kMostEdges;
-        sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
+        sets_ = scene.data().front_sets;
+        detail_sets_ = scene.data().back_sets;
+        if (sets_.empty())
+            sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
-        detail_sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
+        if (detail_sets_.empty())
+            detail_sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
         const Box3f& box = scene.data().tree_box;
         if (!box.empty())
             extent_ = length(to_double(box.max)) + length(to_double(box.min));
@@ -108,7 +112,7 @@ class PublishedPlanes final : public Culler {
         state.stack.clear();
         if (!camera.orthographic)
             for (std::uint32_t polygon : sets_.at(camera.eye, camera.forward))
-                if (is_usable(polygon, sight))
+                if (state.list.size() < most_ && is_usable(polygon, sight))
                     state.list.push_back(polygon);
         result.counters.occluders_used = state.list.size();
         state.stack.push_back({0, 0, static_cast<std::uint32_t>(state.list.size())});

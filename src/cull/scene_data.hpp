@@ -5,6 +5,7 @@
 #include <antumbra/cull.hpp>
 
 #include "occluders/choose.hpp"
+#include "occluders/occluder_sets.hpp"
 #include "raster/patch.hpp"
 
 #include <array>
@@ -48,8 +49,10 @@ struct ScenePatches {
     std::vector<Box3f> boxes;
     std::vector<float> area;          ///< all three sides of the box, for each polygon of the patch
     std::vector<std::uint32_t> solid; ///< kNoPolygon, or the solid that the patch belongs to
-    /// Wide tree over objects and patches together: item i is an object if i < object_count, else the patch
+    /// Trees over objects and patches together: item i is an object if i < object_count, else the patch
     /// i - object_count.
+    std::vector<std::uint32_t> order;
+    std::vector<BinaryNode> binary;
     std::vector<CullNode> tree;
 };
 
@@ -66,6 +69,8 @@ struct CullScene::Data {
     ScenePatches patches;
     ConvexGroups groups;         ///< of the occluders, for the object-space methods
     OccluderTree occluder_tree;  ///< over the groups
+    /// Polygons per place and direction, from a prepared file; else empty.
+    OccluderSets front_sets, back_sets;
     Box3f tree_box;                            ///< around all objects of the trees
     std::uint32_t stack_bound = 0;             ///< entries that a depth-first walk of either tree can need
 
@@ -80,6 +85,21 @@ std::vector<BinaryNode> build_binary_tree(std::span<const Box3f> bounds, std::ve
 /// Opens the largest children of the binary tree until every node has up to eight.
 std::vector<CullNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order);
 
+/// All but the trees; `order` lists the items that go into one.
 ScenePatches lay_out_patches(const CullScene::Data& scene);
+/// Boxes of the objects, then of the patches.
+std::vector<Box3f> items_of(const CullScene::Data& scene);
+
+/// The tree's shape and order as bytes, and back: `order` lists the items that must be in it (its own order replaces
+/// theirs). ErrorCode::corrupt if it is no tree over exactly these, or deeper than kTreeDepth. O(bytes).
+void encode_tree(const std::vector<BinaryNode>& binary, std::span<const std::uint32_t> order, ByteWriter& out);
+Result<std::vector<BinaryNode>> decode_tree(std::span<const std::byte> bytes, std::size_t& at,
+                                            std::span<const Box3f> bounds, std::vector<std::uint32_t>& order);
+
+/// The steps in which a CullScene is made, whether from a scene or from a file.
+inline constexpr std::uint32_t kMostGroups = 32768; ///< the largest; smaller ones hide next to nothing
+void take_objects(const CullSceneInput& input, CullScene::Data& data);
+void build_trees(CullScene::Data& data); ///< after objects and occluders
+void finish(CullScene::Data& data);      ///< what follows from the rest
 
 } // namespace antumbra

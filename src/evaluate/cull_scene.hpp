@@ -2,6 +2,7 @@
 #pragma once
 
 #include <antumbra/cull.hpp>
+#include <antumbra/occluder_finding.hpp>
 #include <antumbra/scene.hpp>
 
 namespace antumbra {
@@ -22,6 +23,13 @@ inline CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders)
     input.origin = scene.origin();
     input.occluders = &occluders;
     return CullScene::create(input);
+}
+
+/// From the chunks of a prepared file, or, where it has none or there is none, from occluders found now.
+inline Result<CullScene> cull_scene_for(const Scene& scene, const Pvs* pvs) {
+    if (pvs && pvs->has_chunk("OCCL"))
+        return CullScene::open(*pvs);
+    return cull_scene_of(scene, find_occluders(scene));
 }
 
 } // namespace antumbra

@@ -352,9 +352,11 @@ Result<WalkResult> walk(const Scene& scene, std::span<const View> path, const Wa
     if (Status status = check(scene, path, options); !status)
         return status;
     auto start = std::chrono::steady_clock::now();
-    CullScene cull_scene = cull_scene_of(scene, find_occluders(scene));
+    Result<CullScene> cull_scene = cull_scene_for(scene, options.pvs);
+    if (!cull_scene)
+        return cull_scene.status();
     double occluder_seconds = milliseconds_since(start) * 1e-3;
-    Result<std::vector<Method>> methods = make_methods(cull_scene, options);
+    Result<std::vector<Method>> methods = make_methods(*cull_scene, options);
     if (!methods)
         return methods.status();
     Result<WalkResult> result = Walk(scene, path, options, job, std::move(*methods)).run();

@@ -58,21 +58,6 @@ std::vector<GrowingPolygon> triangles_of(const Scene& scene, const Welded& welde
     return polygons;
 }
 
-/// Fills what follows from the loop: plane, area, centre.
-void measure(const OccluderSet& set, OccluderPolygon& polygon, const Vec3d& direction) {
-    std::span<const std::uint32_t> loop = set.loop(polygon);
-    Vec3d first = to_double(set.vertices[loop[0]]), sum, area;
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-        sum += to_double(set.vertices[loop[i]]);
-        area += cross(to_double(set.vertices[loop[i]]) - first,
-                      to_double(set.vertices[loop[(i + 1) % loop.size()]]) - first);
-    }
-    polygon.normal = normalized(direction);
-    polygon.offset = -dot(polygon.normal, first);
-    polygon.area = length(area) / 2;
-    polygon.centre = sum / double(loop.size());
-}
-
 void append(OccluderSet& set, const GrowingPolygon& source) {
     OccluderPolygon polygon;
     polygon.first = static_cast<std::uint32_t>(set.loops.size());
@@ -80,8 +65,6 @@ void append(OccluderSet& set, const GrowingPolygon& source) {
     polygon.object = source.object;
     polygon.double_sided = source.double_sided;
     set.loops.insert(set.loops.end(), source.loop.begin(), source.loop.end());
-    Vec3d normal{double(source.normal[0]), double(source.normal[1]), double(source.normal[2])};
-    measure(set, polygon, normal);
     set.polygons.push_back(polygon);
 }
 
@@ -105,6 +88,8 @@ void drop_straight_corners(OccluderSet& set, const std::vector<Point>& points) {
         polygon.count = static_cast<std::uint32_t>(loops.size()) - first;
     }
     set.loops = std::move(loops);
+    for (OccluderPolygon& polygon : set.polygons)
+        measure_occluder(set, polygon);
     connect_occluders(set);
 }
 
@@ -124,9 +109,7 @@ void append_box(OccluderSet& set, const InnerBox& inner) {
         polygon.solid = static_cast<std::uint32_t>(set.solids.size());
         for (std::uint32_t corner : kFaces[face])
             set.loops.push_back(base + corner);
-        Vec3d outward;
-        outward[static_cast<int>(face / 2)] = face % 2 ? 1 : -1;
-        measure(set, polygon, outward);
+        measure_occluder(set, polygon);
         set.polygons.push_back(polygon);
     }
     set.solids.push_back({inner.shell});

@@ -1,7 +1,10 @@
 #include "occluders/convex_groups.hpp"
 
+#include "base/bytes.hpp"
+
 #include <algorithm>
 #include <numeric>
+#include <string>
 
 namespace antumbra {
 namespace {
@@ -51,19 +54,7 @@ class Grower {
         ConvexGroups::Group group;
         group.first = static_cast<std::uint32_t>(result.members.size());
         group.count = static_cast<std::uint32_t>(members.size());
-        double weight = 0;
-        for (std::uint32_t member : members) {
-            const OccluderPolygon& polygon = set_.polygons[member];
-            weight += polygon.area;
-            group.centre += polygon.centre * polygon.area;
-            for (std::uint32_t v : set_.loop(polygon))
-                group.box.extend(set_.vertices[v]);
-        }
-        group.centre = weight > 0 ? group.centre / weight : set_.polygons[seed].centre;
-        Vec3d size = to_double(group.box.max) - to_double(group.box.min);
-        double faces[3] = {size.x * size.y, size.y * size.z, size.z * size.x};
-        // A viewer sees at most the two or three sides of the box, and no more than there is.
-        group.area = std::min(weight, faces[0] + faces[1] + faces[2]);
+        measure_group(set_, members, group);
         result.members.insert(result.members.end(), members.begin(), members.end());
         result.groups.push_back(group);
     }
@@ -113,8 +104,66 @@ class Grower {
 
 } // namespace
 
+void measure_group(const OccluderSet& set, std::span<const std::uint32_t> members, ConvexGroups::Group& group) {
+    double weight = 0;
+    group.centre = {};
+    for (std::uint32_t member : members) {
+        const OccluderPolygon& polygon = set.polygons[member];
+        weight += polygon.area;
+        group.centre += polygon.centre * polygon.area;
+        for (std::uint32_t v : set.loop(polygon))
+            group.box.extend(set.vertices[v]);
+    }
+    group.centre = weight > 0 ? group.centre / weight : set.polygons[members[0]].centre;
+    Vec3d size = to_double(group.box.max) - to_double(group.box.min);
+    double faces[3] = {size.x * size.y, size.y * size.z, size.z * size.x};
+    // A viewer sees at most the two or three sides of the box, and no more than there is.
+    group.area = std::min(weight, faces[0] + faces[1] + faces[2]);
+}
+
 ConvexGroups find_convex_groups(const OccluderSet& set, std::uint32_t most_groups) {
     return Grower(set).run(most_groups);
+}
+
+std::vector<std::byte> encode_groups(const ConvexGroups& groups) {
+    ByteWriter out;
+    out.u32(static_cast<std::uint32_t>(groups.groups.size()));
+    for (const ConvexGroups::Group& group : groups.groups) {
+        out.u32(group.count);
+        for (std::uint32_t i = 0; i < group.count; ++i)
+            out.u32(groups.members[group.first + i]);
+    }
+    return std::move(out.bytes);
+}
+
+Result<ConvexGroups> decode_groups(std::span<const std::byte> bytes, const OccluderSet& set) {
+    auto corrupt = [](const char* what) {
+        return Status(ErrorCode::corrupt, std::string("chunk 'OGRP': ") + what + "; the file is damaged, prepare it again");
+    };
+    ConvexGroups groups;
+    // Every group takes eight bytes at least.
+    if (bytes.size() < 4 || bytes.size() % 4 != 0 || load_u32(bytes, 0) > bytes.size() / 8)
+        return corrupt("its size is wrong");
+    std::size_t at = 4;
+    groups.groups.resize(load_u32(bytes, 0));
+    for (ConvexGroups::Group& group : groups.groups) {
+        if (at == bytes.size())
+            return corrupt("it ends too early");
+        group.first = static_cast<std::uint32_t>(groups.members.size());
+        group.count = load_u32(bytes, at);
+        at += 4;
+        if (group.count == 0 || group.count > ConvexGroups::kMostMembers || group.count > (bytes.size() - at) / 4)
+            return corrupt("a group has no members or too many");
+        for (std::uint32_t i = 0; i < group.count; ++i, at += 4) {
+            groups.members.push_back(load_u32(bytes, at));
+            if (groups.members.back() >= set.polygons.size())
+                return corrupt("a group has a polygon that does not exist");
+        }
+        measure_group(set, {groups.members.data() + group.first, group.count}, group);
+    }
+    if (at != bytes.size())
+        return corrupt("its size is wrong");
+    return groups;
 }
 
 } // namespace antumbra

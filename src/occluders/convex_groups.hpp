@@ -23,4 +23,12 @@ struct ConvexGroups {
 /// Greedy, from the largest polygon on. Keeps the `most_groups` largest. O(n log n).
 ConvexGroups find_convex_groups(const OccluderSet& set, std::uint32_t most_groups);
 
+/// Chunk OGRP of a .pvs file (docs/format.md, section 6) and back. ErrorCode::corrupt for members that are not in `set` or
+/// groups that are empty or too large.
+std::vector<std::byte> encode_groups(const ConvexGroups& groups);
+Result<ConvexGroups> decode_groups(std::span<const std::byte> bytes, const OccluderSet& set);
+
+/// Area, centre and box of a group, from its members.
+void measure_group(const OccluderSet& set, std::span<const std::uint32_t> members, ConvexGroups::Group& group);
+
 } // namespace antumbra

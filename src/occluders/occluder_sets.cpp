@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <string>
 
 namespace antumbra {
 namespace {
@@ -101,6 +102,61 @@ std::span<const std::uint32_t> OccluderSets::at(const Vec3d& place, const Vec3d&
             best = d;
     std::size_t set = index * kDirections + best;
     return {polygons_.data() + first_[set], first_[set + 1] - first_[set]};
+}
+
+void OccluderSets::encode(ByteWriter& out) const {
+    for (const Vec3d& corner : {space_.min, space_.max})
+        for (int axis = 0; axis < 3; ++axis)
+            out.f64(corner[axis]);
+    for (std::uint32_t count : count_)
+        out.u32(count);
+    out.u32(static_cast<std::uint32_t>(polygons_.size()));
+    for (std::size_t set = 0; set + 1 < first_.size(); ++set)
+        out.u32(first_[set + 1]);
+    for (std::uint32_t polygon : polygons_)
+        out.u32(polygon);
+}
+
+Result<OccluderSets> OccluderSets::decode(std::span<const std::byte> bytes, std::size_t& at, std::size_t items) {
+    auto corrupt = [](const char* what) {
+        return Status(ErrorCode::corrupt, std::string("chunk 'OSET': ") + what + "; the file is damaged, prepare it again");
+    };
+    constexpr std::size_t kHeader = 6 * 8 + 4 * 4;
+    if (bytes.size() - at < kHeader)
+        return corrupt("it is too short");
+    OccluderSets sets;
+    for (int axis = 0; axis < 3; ++axis) {
+        sets.space_.min[axis] = load_f64(bytes, at + 8 * std::size_t(axis));
+        sets.space_.max[axis] = load_f64(bytes, at + 24 + 8 * std::size_t(axis));
+    }
+    std::uint64_t leaves = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        sets.count_[axis] = load_u32(bytes, at + 48 + 4 * axis);
+        if (sets.count_[axis] == 0 || sets.count_[axis] > bytes.size() || leaves > bytes.size())
+            return corrupt("it has no leaves or too many");
+        leaves *= sets.count_[axis];
+    }
+    std::uint64_t members = load_u32(bytes, at + 60), lists = leaves * kDirections;
+    at += kHeader;
+    if (leaves > bytes.size() || lists + members > (bytes.size() - at) / 4)
+        return corrupt("it has no leaves or too many");
+    if (!is_finite(sets.space_.min) || !is_finite(sets.space_.max) || sets.space_.empty())
+        return corrupt("its space is empty or not finite");
+    sets.first_.assign(1, 0);
+    for (std::uint64_t list = 0; list < lists; ++list, at += 4) {
+        std::uint32_t end = load_u32(bytes, at);
+        if (end < sets.first_.back() || end > members)
+            return corrupt("the ends of its sets are out of order");
+        sets.first_.push_back(end);
+    }
+    if (sets.first_.back() != members)
+        return corrupt("the ends of its sets are out of order");
+    for (std::uint64_t i = 0; i < members; ++i, at += 4) {
+        sets.polygons_.push_back(load_u32(bytes, at));
+        if (sets.polygons_.back() >= items)
+            return corrupt("a set has a member that does not exist");
+    }
+    return sets;
 }
 
 } // namespace antumbra

@@ -4,6 +4,8 @@
 // seen from its middle.
 #pragma once
 
+#include "base/bytes.hpp"
+
 #include <antumbra/occluders.hpp>
 
 #include <array>
@@ -30,6 +32,15 @@ class OccluderSets {
     /// The set of the leaf that holds `place` (the nearest one outside of the space) and the direction closest to
     /// `direction`; best first.
     std::span<const std::uint32_t> at(const Vec3d& place, const Vec3d& direction) const;
+
+    bool empty() const { return first_.empty(); }
+    /// Of all sets together.
+    std::span<const std::uint32_t> members() const { return polygons_; }
+
+    /// One family of chunk OSET of a .pvs file (docs/format.md, section 6), and back from `at`, which moves behind it.
+    /// ErrorCode::corrupt unless every set holds nothing but numbers below `items`.
+    void encode(ByteWriter& out) const;
+    static Result<OccluderSets> decode(std::span<const std::byte> bytes, std::size_t& at, std::size_t items);
 
   private:
     Box3d space_;

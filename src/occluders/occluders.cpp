@@ -63,6 +63,20 @@ Status corrupt(const char* what, std::size_t index) {
 
 } // namespace
 
+void measure_occluder(const OccluderSet& set, OccluderPolygon& polygon) {
+    std::span<const std::uint32_t> loop = set.loop(polygon);
+    Vec3d first = to_double(set.vertices[loop[0]]), sum, area;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+        sum += to_double(set.vertices[loop[i]]);
+        area += cross(to_double(set.vertices[loop[i]]) - first,
+                      to_double(set.vertices[loop[(i + 1) % loop.size()]]) - first);
+    }
+    polygon.normal = normalized(area);
+    polygon.offset = -dot(polygon.normal, first);
+    polygon.area = length(area) / 2;
+    polygon.centre = sum / double(loop.size());
+}
+
 Status check_occluders(const OccluderSet& set) {
     if (set.neighbours.size() != set.loops.size() || set.polygons.size() >= kNoPolygon)
         return Status(ErrorCode::corrupt, "occluders: the lists do not fit together; make them again");

@@ -15,6 +15,15 @@ inline constexpr ChunkId kVolumesChunk = chunk_id("VOLS");  ///< grid of occlude
 inline constexpr ChunkId kRowIndexChunk = chunk_id("RIDX"); ///< where each coded row ends
 inline constexpr ChunkId kRowsChunk = chunk_id("ROWS");     ///< the coded rows
 
+/// Chunks that every reader must understand; all others are beside the bake.
+constexpr bool is_chunk_of_bake(ChunkId id) {
+    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk, kVolumesChunk,
+                          kRowIndexChunk, kRowsChunk})
+        if (id == known)
+            return true;
+    return false;
+}
+
 inline constexpr std::size_t kMetaBytes = 144; ///< the fixed part; method and tool version follow
 inline constexpr std::size_t kObjectBytes = 48;
 inline constexpr std::size_t kCellBytes = 4;

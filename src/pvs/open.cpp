@@ -22,17 +22,9 @@ Vec3d load_vec3d(std::span<const std::byte> bytes, std::size_t at) {
     return {load_f64(bytes, at), load_f64(bytes, at + 8), load_f64(bytes, at + 16)};
 }
 
-bool is_known(ChunkId id) {
-    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk,
-                          kVolumesChunk, kRowIndexChunk, kRowsChunk})
-        if (id == known)
-            return true;
-    return false;
-}
-
 Status check_known(std::span<const Section> sections) {
     for (const Section& section : sections)
-        if ((section.flags & kRequired) && !is_known(section.id))
+        if ((section.flags & kRequired) && !is_chunk_of_bake(section.id))
             return {ErrorCode::unsupported, "chunk " + to_string(section.id) +
                                                 ": this program does not know it, and it may not be skipped; use a "
                                                 "later version of Antumbra"};
@@ -74,6 +66,9 @@ class PvsOpener {
                                             &PvsOpener::rows})
             if (Status status = (this->*step)(); !status)
                 return status;
+        for (const Section& section : sections_)
+            if (!is_chunk_of_bake(section.id))
+                pvs_.others_.push_back({std::uint32_t(section.id), section.bytes});
         return {};
     }
 

@@ -53,8 +53,27 @@ class Commands(unittest.TestCase):
 
     def test_every_command_has_help_with_an_example(self):
         for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove",
-                        "compare"):
+                        "compare", "occluders", "prepare"):
             self.assertIn("Example:", run(command, "--help")[0], command)
+
+    def test_prepare_stores_what_cull_and_walk_use(self):
+        alone, both = (os.path.join(self.folder.name, name) for name in ("alone.pvs", "both.pvs"))
+        made = run_json("prepare", self.scene, "-o", alone)
+        self.assertEqual([chunk["name"] for chunk in made["chunks"]][:4], ["OCCL", "OGRP", "CTRE", "OSET"])
+        run("prepare", self.scene, "--pvs", self.pvs, "-o", both)
+        names = [chunk["name"] for chunk in run_json("inspect", both)["chunks"]]
+        self.assertEqual(names[-4:], ["OCCL", "OGRP", "CTRE", "OSET"])
+        self.assertEqual(run_json("inspect", alone)["cells"], 0)
+        view = ("--method", "planes", "--eye", "3,1.5,2", "--dir", "1,0,0.2")
+        found = run_json("cull", self.scene, *view)
+        for file in (alone, both):
+            self.assertEqual(run_json("cull", self.scene, *view, "--pvs", file), found)
+        walked = run_json("walk", self.scene, "--pvs", both, "--cull", "frustum,planes,pvs", "--frames", 5, "--no-draw")
+        self.assertEqual([method["false_invisible_pixels"] for method in walked["methods"]][1], 0)
+        other = os.path.join(self.folder.name, "other.glb")
+        run("generate", "office", "-o", other)
+        self.assert_one_line_error(1, "prepare", other, "--pvs", self.pvs, "-o", alone, saying=("another scene",))
+        self.assert_one_line_error(2, "prepare", self.scene, saying=("--output",))
 
     def test_wrong_usage_exits_2(self):
         self.assert_one_line_error(2)

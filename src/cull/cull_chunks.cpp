@@ -1,0 +1,149 @@
+// A CullScene as chunks of a .pvs file, and back. Byte layout: docs/format.md, section 6. To add a chunk: encode it in
+// prepare_chunks(), decode it in CullScene::open().
+#include "cull/scene_data.hpp"
+
+#include <utility>
+
+namespace antumbra {
+namespace {
+
+constexpr const char* kOccluders = "OCCL";
+constexpr const char* kGroups = "OGRP";
+constexpr const char* kTrees = "CTRE";
+constexpr const char* kSets = "OSET";
+
+/// Families of chunk OSET.
+enum SetFamily : std::uint32_t { kFronts = 1, kBacks = 2 };
+
+PvsChunk encode_trees(const CullScene::Data& data) {
+    ByteWriter out;
+    encode_tree(data.binary, data.order, out);
+    encode_tree(data.patches.binary, data.patches.order, out);
+    return {kTrees, std::move(out.bytes)};
+}
+
+PvsChunk encode_sets(const OccluderSets& fronts, const OccluderSets& backs) {
+    ByteWriter out;
+    out.u32(2);
+    out.u32(kFronts);
+    fronts.encode(out);
+    out.u32(kBacks);
+    backs.encode(out);
+    return {kSets, std::move(out.bytes)};
+}
+
+Status corrupt(const char* chunk, const char* what) {
+    return {ErrorCode::corrupt,
+            std::string("chunk '") + chunk + "': " + what + "; the file is damaged, prepare it again"};
+}
+
+/// Whoever uses a set relies on that: see OccluderSetsOptions.
+bool may_be_in_sets(const OccluderPolygon& polygon) {
+    return !polygon.synthetic && polygon.count <= OccluderSetsOptions{}.most_corners;
+}
+
+Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
+    if (bytes.size() < 4)
+        return corrupt(kSets, "it is too short");
+    std::size_t at = 4;
+    for (std::uint32_t family = 0, families = load_u32(bytes, 0); family < families; ++family) {
+        if (bytes.size() - at < 4)
+            return corrupt(kSets, "it ends too early");
+        std::uint32_t kind = load_u32(bytes, at);
+        at += 4;
+        Result<OccluderSets> sets = OccluderSets::decode(bytes, at, data.occluders.polygons.size());
+        if (!sets)
+            return sets.status();
+        for (std::uint32_t polygon : sets->members())
+            if (!may_be_in_sets(data.occluders.polygons[polygon]))
+                return corrupt(kSets, "a set has a polygon of too many corners, or a synthetic one");
+        if (kind == kFronts)
+            data.front_sets = std::move(*sets);
+        else if (kind == kBacks)
+            data.back_sets = std::move(*sets);
+    }
+    return at == bytes.size() ? Status() : corrupt(kSets, "its size is wrong");
+}
+
+Status decode_trees(std::span<const std::byte> bytes, CullScene::Data& data) {
+    std::size_t at = 0;
+    Result<std::vector<BinaryNode>> binary = decode_tree(bytes, at, data.bounds, data.order);
+    if (!binary)
+        return binary.status();
+    data.binary = std::move(*binary);
+    data.patches = lay_out_patches(data);
+    binary = decode_tree(bytes, at, items_of(data), data.patches.order);
+    if (!binary)
+        return binary.status();
+    data.patches.binary = std::move(*binary);
+    return at == bytes.size() ? Status() : corrupt(kTrees, "its size is wrong");
+}
+
+} // namespace
+
+Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options) {
+    const CullScene::Data& data = scene.data();
+    Result<std::vector<std::byte>> occluders = encode_occluders(data.occluders);
+    if (!occluders)
+        return occluders.status();
+    std::vector<PvsChunk> chunks;
+    chunks.push_back({kOccluders, std::move(*occluders)});
+    chunks.push_back({kGroups, encode_groups(data.groups)});
+    chunks.push_back(encode_trees(data));
+    if (!data.tree_box.empty() && options.per_set > 0) {
+        OccluderSetsOptions sets;
+        sets.leaves = options.leaves;
+        sets.per_set = options.per_set;
+        OccluderSets fronts = OccluderSets::build(data.occluders, data.tree_box, sets);
+        sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
+        chunks.push_back(encode_sets(fronts, OccluderSets::build(data.occluders, data.tree_box, sets)));
+    }
+    return chunks;
+}
+
+Result<CullScene> CullScene::open(const Pvs& pvs) {
+    std::vector<Box3f> bounds;
+    std::vector<std::uint32_t> flags, triangles;
+    for (std::uint32_t o = 0; o < pvs.object_count(); ++o) {
+        PvsObject object = pvs.object(o);
+        bounds.push_back(object.bounds);
+        flags.push_back(object.flags);
+        triangles.push_back(object.triangle_count);
+    }
+    CullSceneInput input;
+    input.bounds = bounds;
+    input.flags = flags;
+    input.triangles = triangles;
+    input.origin = pvs.origin();
+    auto data = std::make_shared<Data>();
+    take_objects(input, *data);
+    if (pvs.has_chunk(kOccluders)) {
+        Result<OccluderSet> occluders = decode_occluders(pvs.chunk(kOccluders));
+        if (!occluders)
+            return occluders.status();
+        data->occluders = std::move(*occluders);
+    }
+    if (pvs.has_chunk(kTrees)) {
+        if (Status status = decode_trees(pvs.chunk(kTrees), *data); !status)
+            return status;
+    } else {
+        build_trees(*data);
+    }
+    if (pvs.has_chunk(kGroups)) {
+        Result<ConvexGroups> groups = decode_groups(pvs.chunk(kGroups), data->occluders);
+        if (!groups)
+            return groups.status();
+        data->groups = std::move(*groups);
+    } else {
+        data->groups = find_convex_groups(data->occluders, kMostGroups);
+    }
+    if (pvs.has_chunk(kSets))
+        if (Status status = decode_sets(pvs.chunk(kSets), *data); !status)
+            return status;
+    finish(*data);
+    CullScene scene;
+    scene.data_ = std::move(data);
+    return scene;
+}
+
+} // namespace antumbra
