@@ -15,7 +15,7 @@ struct BakeArguments {
     Common common;
     SceneArguments scene;
     BakeOptions options;
-    std::string output, cells, volumes, where, granularity = "object";
+    std::string output, cells, volumes, where, shard, granularity = "object";
     double where_radius = 0, alpha = 0, beta = 0;
     bool dry_run = false;
     PvsCoding coding = PvsCoding::cheapest;
@@ -28,6 +28,17 @@ Result<std::array<std::uint32_t, 3>> parse_counts(const std::string& text, const
         std::size_t(end) != text.size())
         return Status(ErrorCode::usage, std::string(option) + " wants three counts such as 16x4x16, not '" + text + "'");
     return cells;
+}
+
+/// "I/N", counted from 1.
+Result<Shard> parse_shard(const std::string& text) {
+    Shard shard;
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%u/%u%n", &shard.index, &shard.count, &end) != 2 || std::size_t(end) != text.size() ||
+        shard.index == 0 || shard.index > shard.count)
+        return Status(ErrorCode::usage, "--shard wants I/N with I from 1 to N, such as 2/8, not '" + text + "'");
+    --shard.index;
+    return shard;
 }
 
 /// The boxes of --where: of a file of boxes, around the eyes of a camera path, or none for the whole scene.
@@ -154,6 +165,12 @@ int run_bake(BakeArguments& arguments) {
             return fail(volumes.status());
         arguments.options.volumes = *volumes;
     }
+    if (!arguments.shard.empty()) {
+        Result<Shard> shard = parse_shard(arguments.shard);
+        if (!shard)
+            return fail(shard.status());
+        arguments.options.shard = *shard;
+    }
     if (arguments.alpha > 0 || arguments.beta > 0) {
         SprtOptions& test = arguments.options.sequential;
         if (!(arguments.alpha > 0 && arguments.alpha < 1 && arguments.beta > 0 && arguments.beta < 1))
@@ -239,6 +256,7 @@ void add_bake(CLI::App& app) {
                        "How far around a camera path viewers can be [1/100 of the scene's diagonal]");
     command.add_flag("--dry-run", arguments->dry_run, "Estimate time and size from a few cells, write nothing");
     command.add_flag("--resume", options.resume, "Take up the finished cells of an interrupted bake");
+    command.add_option("--shard", arguments->shard, "Bake part I of N only, for `antumbra merge`: I/N");
     std::map<std::string, PvsCoding> codings;
     for (PvsCoding coding : {PvsCoding::cheapest, PvsCoding::tree_leaves, PvsCoding::tree_parent,
                              PvsCoding::tree_sibling, PvsCoding::references, PvsCoding::archive})

@@ -5,6 +5,8 @@
 #include <antumbra/pvs.hpp>
 #include <antumbra/scene.hpp>
 
+#include <span>
+
 namespace antumbra {
 
 /// What the likelihoods of the sequential test are (Gotsman, Sudarsky, Fayman 1999, section 5; the paper's text allows
@@ -84,6 +86,13 @@ struct ExactOptions {
     bool operator==(const ExactOptions&) const = default;
 };
 
+/// Which share of a bake's units (cells, or tiles of a view tree) to compute: those whose place in their order leaves
+/// `index` when divided by `count`.
+struct Shard {
+    std::uint32_t index = 0, count = 1;
+    bool operator==(const Shard&) const = default;
+};
+
 struct BakeOptions {
     /// "sampled": rays (aggressive). "exact": rays, then a proof for all that they did not find; Subdivision::grid only.
     std::string method = "sampled";
@@ -109,6 +118,9 @@ struct BakeOptions {
     /// Where to keep finished cells while baking ("" = nowhere), and whether to take up what is there.
     std::string checkpoint;
     bool resume = false;
+    /// Part of a bake, to be united by merge_parts(). A part is a whole file itself; the units of other shards are not
+    /// baked in it. Nothing that a unit holds depends on the shard.
+    Shard shard;
 };
 
 /// What method "exact" did (docs/methods/exact.md).
@@ -157,6 +169,11 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
 /// The header and the objects of a .pvs of this scene without any cell: from everywhere everything is visible. To carry
 /// chunks beside a bake (prepare_chunks() of cull.hpp), or to be filled.
 PvsData describe_scene(const Scene& scene);
+
+/// Unites all parts of one sharded bake, given in any order: what bake() gives without shards, byte for byte once encoded.
+/// ErrorCode::usage without parts; mismatch, naming the file (names[i] is that of parts[i]), if one is no part, parts
+/// belong to different bakes, or a shard is missing or comes twice.
+Result<PvsData> merge_parts(std::span<const Pvs> parts, std::span<const std::string> names);
 
 /// What bake() would do, from a handful of cells.
 Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const Job& job = {});

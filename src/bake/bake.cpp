@@ -3,6 +3,7 @@
 #include "bake/binomial.hpp"
 #include "bake/exact/exact_cells.hpp"
 #include "bake/keys.hpp"
+#include "bake/parts.hpp"
 #include "bake/resumable.hpp"
 #include "bake/sampled/sample_payload.hpp"
 #include "bake/sampled/tree_bake.hpp"
@@ -50,6 +51,8 @@ Status check(const BakeOptions& options) {
         tree.max_depth > 64 || tree.tile_depth > 12 || tree.node_rays == 0 || tree.node_rays > 1u << 24)
         return {ErrorCode::usage, "the view tree needs a view space of 0 to 1000 times the scene, effectiveness 0 to 1, "
                                   "an extent of 0 to 1, depth up to 64 below tiles of depth up to 12"};
+    if (options.shard.index >= options.shard.count || options.shard.count > 1u << 20)
+        return {ErrorCode::usage, "a shard has a number from 1 to their count, of which there are at most 2^20"};
     double volumes = double(options.volumes[0]) * options.volumes[1] * options.volumes[2];
     if (volumes > 1 << 20)
         return {ErrorCode::limit, "at most 2^20 occludee volumes; ask for fewer along each axis"};
@@ -183,23 +186,25 @@ void count(ExactStatistics& total, const ExactStatistics& cell) {
     total.found_by_query += cell.found_by_query;
 }
 
-/// What the file says of how it was made: counts only, which are the same on every machine.
-std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics) {
-    Json json = describe(options, grid);
-    json["rays"] = statistics.rays;
-    json["rays_reused"] = statistics.rays_reused;
-    json["aimed_rays"] = statistics.aimed_rays;
-    json["confirmed_pairs"] = statistics.confirmed_pairs;
-    json["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
-    json["holdout_rays"] = statistics.holdout_rays;
-    json["holdout_misses"] = statistics.holdout_misses;
+/// What the file says of how it was made: counts only, which are the same on every machine. In a part of a bake, options
+/// and counts apart: merge_parts() adds the counts up.
+std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics,
+                         std::uint64_t plan) {
+    Json counts;
+    counts["rays"] = statistics.rays;
+    counts["rays_reused"] = statistics.rays_reused;
+    counts["aimed_rays"] = statistics.aimed_rays;
+    counts["confirmed_pairs"] = statistics.confirmed_pairs;
+    counts["unconfirmed_pairs"] = statistics.unconfirmed_pairs;
+    counts["holdout_rays"] = statistics.holdout_rays;
+    counts["holdout_misses"] = statistics.holdout_misses;
     if (options.method == "exact")
-        json["exact"] = {{"box_queries", statistics.exact.box_queries},
-                         {"triangle_queries", statistics.exact.triangle_queries},
-                         {"pairs", statistics.exact.pairs},
-                         {"undecided", statistics.exact.undecided},
-                         {"found_by_query", statistics.exact.found_by_query}};
-    return json.dump();
+        counts["exact"] = {{"box_queries", statistics.exact.box_queries},
+                           {"triangle_queries", statistics.exact.triangle_queries},
+                           {"pairs", statistics.exact.pairs},
+                           {"undecided", statistics.exact.undecided},
+                           {"found_by_query", statistics.exact.found_by_query}};
+    return describe_part({options.shard, plan, describe(options, grid), counts});
 }
 
 /// The regular grid: a unit is a cell.
@@ -209,6 +214,8 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     Result<ViewCells> view = lay_view_cells(scene, options);
     if (!view)
         return view.status();
+    std::uint64_t plan = plan_of(view->to_bake);
+    keep_shard(view->to_bake, options.shard);
     std::optional<ExactCells> exact;
     if (options.method == "exact") {
         exact.emplace(shared);
@@ -257,7 +264,7 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     if (exact)
         result.pvs.guarantee = result.statistics.exact.undecided ? Guarantee::conservative : Guarantee::exact;
     result.pvs.volumes = shared.volumes().grid();
-    result.pvs.options_json = options_json(options, view->grid, result.statistics);
+    result.pvs.options_json = options_json(options, view->grid, result.statistics, plan);
     result.pvs.grid = view->grid;
     result.pvs.cell_row.assign(view->grid.cells(), kCellNotBaked);
     std::vector<std::uint32_t> rows = fill_rows(result.pvs, samples);
@@ -282,11 +289,11 @@ Result<BakeResult> bake_tree(const SamplingScene& shared, const Job& job) {
     count_all(result.statistics, baked->leaves, options, scene.objects().size());
     result.pvs = begin_pvs(scene, options);
     result.pvs.volumes = shared.volumes().grid();
-    result.pvs.options_json = options_json(options, CellGrid(), result.statistics);
+    result.pvs.options_json = options_json(options, CellGrid(), result.statistics, 0);
     result.pvs.tree = std::move(baked->tree);
     std::vector<std::uint32_t> rows = fill_rows(result.pvs, baked->leaves);
     for (ViewNode& node : result.pvs.tree.nodes)
-        if (node.axis == ViewNode::kLeaf)
+        if (node.axis == ViewNode::kLeaf && node.link != kCellNotBaked)
             node.link = rows[node.link];
     return result;
 }

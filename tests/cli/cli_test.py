@@ -53,7 +53,8 @@ class Commands(unittest.TestCase):
 
     def test_every_command_has_help_with_an_example(self):
         for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove",
-                        "compare", "occluders", "prepare"):
+                        "compare", "occluders", "prepare",
+                        "merge"):
             self.assertIn("Example:", run(command, "--help")[0], command)
 
     def test_prepare_stores_what_cull_and_walk_use(self):
@@ -125,6 +126,18 @@ class Commands(unittest.TestCase):
         self.assertEqual(coarse["contradictions"], 0)
         self.assertGreater(coarse["b"]["mean_only"], 10 * coarse["a"]["mean_only"])
         self.assert_one_line_error(1, "compare", self.scene, exact, exact + ".missing", saying=["exact.pvs.missing"])
+
+    def test_shards_merge_to_the_same_bytes(self):
+        options = ("--cells", "6x1x4", "--rays-per-cell", 4096)
+        parts = [os.path.join(self.folder.name, f"part{k}.pvs") for k in (1, 2)]
+        for k, part in enumerate(parts):
+            run("bake", self.scene, "-o", part, "--shard", f"{k + 1}/2", *options)
+        whole = os.path.join(self.folder.name, "merged.pvs")
+        self.assertEqual(run_json("merge", *reversed(parts), "-o", whole)["parts"], 2)
+        self.assertEqual(pathlib.Path(whole).read_bytes(), pathlib.Path(self.pvs).read_bytes())
+        self.assert_one_line_error(1, "merge", parts[1], "-o", whole, saying=["missing: 1"])
+        self.assert_one_line_error(1, "merge", *parts, self.pvs, "-o", whole, saying=[self.pvs])
+        self.assert_one_line_error(2, "bake", self.scene, "-o", whole, "--shard", "3/2", saying=["--shard"])
 
     def test_info_keys(self):
         info = run_json("info", self.scene)

@@ -1,5 +1,6 @@
 #include "bake/sampled/tree_bake.hpp"
 
+#include "bake/parts.hpp"
 #include "bake/sampled/sample_payload.hpp"
 
 #include <cmath>
@@ -47,6 +48,10 @@ class Tiling {
         auto index = std::uint32_t(joined.nodes.size());
         if (halving.axis == ViewNode::kLeaf) {
             BuiltTree& tree = trees[halving.link];
+            if (tree.nodes.empty()) { // of another shard
+                joined.nodes.push_back({ViewNode::kLeaf, 0, kCellNotBaked});
+                return;
+            }
             auto first_leaf = std::uint32_t(joined.leaves.size());
             for (ViewNode node : tree.nodes) {
                 node.link += node.axis == ViewNode::kLeaf ? first_leaf : index;
@@ -125,7 +130,10 @@ Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& 
     units.unit_name = "tiles";
     for (std::size_t tile = 0; tile < tiling.tiles().size(); ++tile)
         units.ids.push_back(tile);
-    units.compute = [&](std::size_t tile) { return pack(build_view_tree(shared, result.tree, tiling.tiles()[tile])); };
+    keep_shard(units.ids, options.shard);
+    units.compute = [&](std::size_t unit) {
+        return pack(build_view_tree(shared, result.tree, tiling.tiles()[units.ids[unit]]));
+    };
     units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
         BuiltTree tree;
         return unpack(payload, words, tree);
@@ -133,9 +141,9 @@ Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& 
     Result<UnitResults> results = run_units(units, key, options, job);
     if (!results)
         return results.status();
-    std::vector<BuiltTree> trees(results->payloads.size());
-    for (std::size_t tile = 0; tile < trees.size(); ++tile)
-        if (!unpack(results->payloads[tile], words, trees[tile]))
+    std::vector<BuiltTree> trees(tiling.tiles().size());
+    for (std::size_t unit = 0; unit < units.ids.size(); ++unit)
+        if (!unpack(results->payloads[unit], words, trees[units.ids[unit]]))
             return Status(ErrorCode::internal, "a tile of the view tree cannot be read back; please report");
     BuiltTree joined = tiling.join(std::move(trees));
     result.tree.nodes = std::move(joined.nodes);

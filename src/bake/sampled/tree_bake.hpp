@@ -7,7 +7,7 @@
 namespace antumbra {
 
 struct TreeBake {
-    ViewTree tree;                    ///< the link of a leaf is an index into `leaves`
+    ViewTree tree;                    ///< the link of a leaf is an index into `leaves`, or kCellNotBaked: another shard's
     std::vector<RegionSample> leaves; ///< in preorder
     std::uint64_t rays_reused = 0;
     std::uint64_t tiles = 0, tiles_resumed = 0;
