@@ -138,6 +138,8 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
                 continue;
             row.reported += double(result.visible_count) / double(views.size());
             row.sum.patches_drawn += result.counters.patches_drawn;
+            row.sum.occluders_used += result.counters.occluders_used;
+            row.sum.shadow_tests += result.counters.shadow_tests;
             row.sum.polygons_drawn += result.counters.polygons_drawn;
             row.sum.boxes_tested += result.counters.boxes_tested;
             row.sum.nodes_visited += result.counters.nodes_visited;
@@ -253,6 +255,9 @@ void run(const std::string& path, const Options& options) {
                     row.p99, row.median / base, row.reported, 100 * (1 - row.reported / frustum),
                     row.reported / truth.mean, (unsigned long long)row.lost, double(row.sum.patches_drawn) / frames,
                     double(row.sum.polygons_drawn) / frames, double(row.sum.boxes_tested) / frames);
+        if (row.sum.occluders_used)
+            std::printf("%-16s per frame: %.1f occluders, %.0f of eight boxes with one of them\n", "",
+                        double(row.sum.occluders_used) / frames, double(row.sum.shadow_tests) / frames);
         if (row.sum.relations_made)
             std::printf("%-16s relations per frame: %.0f made, %.0f cached\n", "",
                         double(row.sum.relations_made) / frames, double(row.sum.relations_cached) / frames);

@@ -14,8 +14,11 @@ namespace {
 
 constexpr std::uint32_t kMostOccluders = 64; ///< bits of a word
 constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that is used
-constexpr std::uint32_t kStepsPerFrame = 32; ///< nodes of the occluder tree that a frame opens
-constexpr std::uint32_t kStepsAtOnce = 4096;  ///< at first and after a jump
+constexpr std::uint32_t kStepsPerFrame = 64;   ///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kStepsAtOnce = 4096;   ///< at first and after a jump, in view only
+constexpr std::uint32_t kStepsFromThere = 256; ///< per frame, until all around is searched from there
+constexpr std::uint16_t kIdle = 24;  ///< frames that an occluder may hide nothing; then it makes room
+constexpr std::uint16_t kRest = 48;  ///< frames until it is tried again
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
 constexpr double kStep = 0.002;              ///< who moves less keeps the occluders found
 constexpr std::uint8_t kNoSlot = 0xFF;
@@ -27,9 +30,12 @@ struct Entry {
 };
 
 struct State final : ViewState::Storage {
-    OccluderSearch search;
+    OccluderSearch search, first_search; ///< all around; and in view alone, where the viewer has just come
     bool fresh = true;
-    bool partial = false;                  ///< the first search from here is still under way
+    bool partial = false;                  ///< the search all around from here is still under way
+    std::uint16_t frame = 0;
+    std::vector<std::uint16_t> hid;        ///< per group: the frame in which it last hid something,
+    std::vector<std::uint16_t> tried;      ///< and in which its trial began
     Vec3d searched_from;                   ///< where the search under way began
     std::vector<std::uint32_t> candidates; ///< groups in view, best first
     std::vector<Shadow> shadows;
@@ -79,6 +85,9 @@ class Planes final : public Culler {
             state.fresh = false;
             state.slot_of.assign(scene.groups.groups.size(), kNoSlot);
             state.last.assign(scene.wide.size() * kWidth, kNoGroup);
+            state.hid.assign(scene.groups.groups.size(), 0);
+            state.tried.assign(scene.groups.groups.size(), 0);
+            state.frame = kIdle + kRest; // nobody has been tried
             state.candidates.reserve(wanted);
             state.shadows.reserve(kMostOccluders);
             state.slot_group.reserve(kMostOccluders);
@@ -90,19 +99,38 @@ class Planes final : public Culler {
             state.search.begin(scene.occluder_tree, camera.eye, wanted);
             state.searched_from = camera.eye;
         }
+        if (search_all) {
+            state.first_search.begin(scene.occluder_tree, camera.eye, occluders_ + occluders_ / 4);
+            state.first_search.advance(scene.occluder_tree, kStepsAtOnce, score_of,
+                                       [&](const Box3f& box) { return is_in_view(box, planes); });
+        }
         state.partial = search_all || (state.partial && state.search.running());
-        if (state.search.running())
-            state.search.advance(scene.occluder_tree, search_all ? kStepsAtOnce : state.partial ? 16 * kStepsPerFrame : kStepsPerFrame, score_of);
+        if (state.search.running() && !search_all)
+            state.search.advance(scene.occluder_tree, state.partial ? kStepsFromThere : kStepsPerFrame, score_of);
         // What was found from elsewhere is of no use; better few that fit.
-        const std::vector<std::uint32_t>& found = state.partial ? state.search.found_so_far() : state.search.found();
+        const std::vector<std::uint32_t>& found =
+            state.partial ? state.first_search.found_so_far() : state.search.found();
         // The search found them in the order of what they promise.
         state.candidates.clear();
+        ++state.frame;
         for (std::uint32_t group : found) {
             if (state.candidates.size() >= occluders_ + occluders_ / 4)
                 break;
-            if (is_in_view(scene.groups.groups[group].box, planes))
+            if (is_worth_a_try(group, state) && is_in_view(scene.groups.groups[group].box, planes))
                 state.candidates.push_back(group);
         }
+    }
+
+    /// Occluders that have hidden nothing for a while, or nothing that others did not hide first, rest.
+    static bool is_worth_a_try(std::uint32_t group, State& state) {
+        auto since_trial = static_cast<std::uint16_t>(state.frame - state.tried[group]);
+        auto since_hiding = static_cast<std::uint16_t>(state.frame - state.hid[group]);
+        if (since_hiding <= kIdle || since_trial <= 1)
+            return true;
+        if (since_trial <= kRest + group % 16) // not all on the same frame
+            return false;
+        state.tried[group] = state.frame;
+        return true;
     }
 
     static bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
@@ -184,7 +212,7 @@ class Planes final : public Culler {
             std::uint32_t alive = node.mask() & ~verdicts.outside;
             ++result.counters.nodes_visited;
             result.counters.boxes_tested += node.used;
-            result.counters.outside_frustum += static_cast<std::uint32_t>(std::popcount(node.mask() & ~alive));
+            result.counters.outside_frustum += count_bits(node.mask() & ~alive);
             if (entry.relevant)
                 alive = hide(node, entry, alive, relevant, state, result.counters);
             for (std::uint32_t rest = alive; rest; rest &= rest - 1) {
@@ -223,9 +251,13 @@ class Planes final : public Culler {
                 std::uint64_t bit = std::uint64_t(1) << occluder;
                 for (std::uint32_t touched = alive & ~verdicts.outside; touched; touched &= touched - 1)
                     relevant[std::countr_zero(touched)] |= bit;
+                if (!verdicts.hidden)
+                    continue;
+                std::uint32_t group = state.slot_group[std::size_t(occluder)];
                 for (std::uint32_t hidden = verdicts.hidden; hidden; hidden &= hidden - 1)
-                    last[std::countr_zero(hidden)] = state.slot_group[std::size_t(occluder)];
-                counter += static_cast<std::uint32_t>(std::popcount(verdicts.hidden));
+                    last[std::countr_zero(hidden)] = group;
+                state.hid[group] = state.frame;
+                counter += count_bits(verdicts.hidden);
                 alive &= ~verdicts.hidden;
             }
         };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cull/scene_data.hpp"
+#include "pvs/count_bits.hpp"
 
 #include <bit>
 
@@ -30,10 +31,7 @@ inline void mark_everything(const CullScene::Data& scene, CullResult& result, co
 }
 
 inline void finish_result(CullResult& result) {
-    std::uint32_t count = 0;
-    for (std::uint64_t word : result.visible)
-        count += static_cast<std::uint32_t>(std::popcount(word));
-    result.visible_count = count;
+    result.visible_count = count_bits(std::span<const std::uint64_t>(result.visible));
 }
 
 } // namespace antumbra

@@ -16,7 +16,7 @@ void build(const ConvexGroups& groups, std::vector<std::uint32_t>& order, std::u
     for (std::uint32_t i = first; i < first + count; ++i) {
         const ConvexGroups::Group& group = groups.groups[order[i]];
         node.box.extend(group.box);
-        node.area = std::max(node.area, group.area);
+        node.area = std::max(node.area, static_cast<float>(group.area));
         centres.extend(group.centre);
     }
     node.group = order[first];
@@ -47,23 +47,14 @@ OccluderTree build_occluder_tree(const ConvexGroups& groups) {
     return tree;
 }
 
-double area_angle_bound(double area, const Box3f& box, const Vec3d& eye) {
-    double distance = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        double gap = std::max({box.min[axis] - eye[axis], eye[axis] - box.max[axis], 0.0});
-        distance += gap * gap;
-    }
-    return area / (distance + 0.01 * area + 1e-300);
-}
-
 void OccluderSearch::begin(const OccluderTree& tree, const Vec3d& eye, std::uint32_t wanted) {
     heap_.clear();
     finding_.clear();
-    eye_ = eye;
+    eye_ = {static_cast<float>(eye.x), static_cast<float>(eye.y), static_cast<float>(eye.z)};
     wanted_ = wanted;
     running_ = true;
     if (!tree.nodes.empty())
-        heap_.push_back({area_angle_bound(tree.nodes[0].area, tree.nodes[0].box, eye), 0, false});
+        heap_.push_back({area_angle_bound(tree.nodes[0].area, tree.nodes[0].box, eye_), 0});
 }
 
 } // namespace antumbra
