@@ -282,7 +282,12 @@ int main(int argc, char** argv) {
             options.speed = std::atof(value());
         else if (!std::strcmp(argv[i], "--occluders"))
             options.culler.occluders = std::uint32_t(std::atoi(value()));
-        else if (!std::strcmp(argv[i], "--pixels"))
+        else if (!std::strcmp(argv[i], "--isa")) {
+            std::string isa = value();
+            options.culler.instruction_set = isa == "scalar" ? InstructionSet::scalar
+                                             : isa == "avx2" ? InstructionSet::avx2
+                                                             : InstructionSet::automatic;
+        } else if (!std::strcmp(argv[i], "--pixels"))
             options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))
             options.culler.polygon_budget = std::uint32_t(std::atoi(value()));

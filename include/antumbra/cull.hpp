@@ -189,9 +189,9 @@ struct CullerOptions {
     std::uint32_t occluders = 64;
     OcclusionTreeOptions tree;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
-    int raster_width = 384;
+    int raster_width = 256;
     /// `hzb`, `masked`: polygons drawn per frame at most.
-    std::uint32_t polygon_budget = 2048;
+    std::uint32_t polygon_budget = 512;
     /// `masked`: patches are not drawn where their box covers fewer pixels for each of their polygons.
     float pixels_per_polygon = 8;
     const Pvs* pvs = nullptr; ///< `pvs` needs one of the same objects in the same order; it must outlive the culler

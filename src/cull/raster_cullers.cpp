@@ -58,12 +58,42 @@ struct RasterState : ViewState::Storage {
     }
 };
 
+constexpr std::uint16_t kIdle = 24; ///< frames that a patch may hide nothing; then it rests
+constexpr std::uint16_t kRest = 48; ///< frames until it is tried again
+constexpr std::uint32_t kTrials = 256; ///< polygons of patches on trial that a frame draws: jumps are not to cost much
+
 struct MaskedState final : RasterState {
     TileBuffer buffer;
+    std::uint16_t frame = 0;
+    std::uint32_t on_trial = 0; ///< polygons in this frame
+    std::vector<std::uint16_t> hid, tried; ///< per patch: the frame in which it last hid something, or its trial began
+
+    void begin_frame(std::size_t patches) {
+        if (hid.empty()) {
+            hid.assign(patches, 0);
+            tried.assign(patches, 0);
+            frame = kIdle + 2 * kRest; // nobody has been tried
+        }
+        ++frame;
+        on_trial = 0;
+    }
+    /// Patches that have hidden nothing for a while, or nothing that others did not hide, rest.
+    bool is_worth_a_try(std::uint32_t patch, std::uint32_t polygons) {
+        if (static_cast<std::uint16_t>(frame - hid[patch]) <= kIdle)
+            return true;
+        auto since_trial = static_cast<std::uint16_t>(frame - tried[patch]);
+        bool rested = since_trial > kRest + patch % 16; // not all on the same frame
+        if ((!rested && since_trial > 1) || on_trial + polygons > kTrials)
+            return false;
+        on_trial += polygons;
+        if (rested)
+            tried[patch] = frame;
+        return true;
+    }
 };
 struct HzbState final : RasterState {
     DepthPyramid pyramid;
-    std::vector<std::pair<double, std::uint32_t>> nearest; ///< patches by what they promise
+    std::vector<std::pair<float, std::uint32_t>> nearest; ///< patches in view by what they promise
 };
 
 class RasterCuller : public Culler {
@@ -139,7 +169,11 @@ class Masked final : public RasterCuller {
         CullResult& result;
 
         bool hidden(const Box3f& box) const {
-            return culler.kernels_.hidden(state.buffer, screen, project_box(screen, box));
+            BoxOnScreen place = project_box(screen, box);
+            if (!culler.kernels_.hidden(state.buffer, screen, place))
+                return false;
+            state.buffer.for_owners(place, [&](std::uint32_t patch) { state.hid[patch] = state.frame; });
+            return true;
         }
         void object(std::uint32_t object, const Box3f&) {
             mark_visible(result, object);
@@ -154,9 +188,11 @@ class Masked final : public RasterCuller {
             return pixels >= culler.options_.pixels_per_polygon * squared_distance;
         }
         void patch(std::uint32_t patch) {
-            if (!culler.is_worth_drawing(patch, screen) || !culler.draw(patch, screen, start, state, result.counters))
+            std::uint32_t polygons = culler.scene_.data().patches.store.patches[patch].polygon_count;
+            if (!culler.is_worth_drawing(patch, screen) || !state.is_worth_a_try(patch, polygons) ||
+                !culler.draw(patch, screen, start, state, result.counters))
                 return;
-            state.buffer.merge(state.coverage);
+            state.buffer.merge(state.coverage, patch);
             state.coverage.clear(screen);
         }
     };
@@ -166,6 +202,7 @@ class Masked final : public RasterCuller {
         state.fit(screen, scene_.data());
         state.buffer.reset(screen);
         state.reported.clear();
+        state.begin_frame(scene_.data().patches.boxes.size());
         Visitor visitor{*this, screen, near_box(camera), state, result};
         walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, result.counters, visitor);
         // The walk is only nearly front to back: occluders that came late may hide what was reported early.
@@ -176,6 +213,9 @@ class Masked final : public RasterCuller {
             }
     }
 };
+
+/// Everything is drawn before anything is tested: only what promises more is worth that.
+constexpr float kWorth = 16;
 
 class Hzb final : public RasterCuller {
   public:
@@ -197,7 +237,7 @@ class Hzb final : public RasterCuller {
         auto& state = view_state.storage<HzbState>(serial_);
         state.fit(screen, scene_.data());
         state.pyramid.reset(screen);
-        choose(camera, state);
+        choose(camera, screen, state, result.counters);
         Box3d start = near_box(camera);
         for (auto [size, patch] : state.nearest) {
             if (!draw(patch, screen, start, state, result.counters))
@@ -210,23 +250,33 @@ class Hzb final : public RasterCuller {
                            Visitor{screen, state.pyramid, result});
     }
 
-    /// All patches, those that promise to cover most of the screen first (area over squared distance).
-    void choose(const Camera& camera, HzbState& state) const {
-        const ScenePatches& patches = scene_.data().patches;
+    /// Patches in view that promise enough, those that promise most first: pixels (roughly: the area over the squared
+    /// distance) for each polygon.
+    void choose(const Camera& camera, const Screen& screen, HzbState& state, CullCounters& counters) const {
         state.nearest.clear();
-        for (std::uint32_t p = 0; p < patches.boxes.size(); ++p) {
-            Vec3d size = to_double(patches.boxes[p].max) - to_double(patches.boxes[p].min);
-            double distance = 0;
-            for (int axis = 0; axis < 3; ++axis) {
-                double gap = std::max({patches.boxes[p].min[axis] - camera.eye[axis],
-                                       camera.eye[axis] - patches.boxes[p].max[axis], 0.0});
-                distance += gap * gap;
-            }
-            double area = size.x * size.y + size.y * size.z + size.z * size.x;
-            state.nearest.push_back({-area / (distance + 1e-6 * extent_ * extent_), p});
-        }
+        CullCounters walk_counters;
+        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, walk_counters,
+                           Chooser{*this, screen, state});
+        counters.boxes_tested += walk_counters.boxes_tested;
         std::sort(state.nearest.begin(), state.nearest.end());
     }
+
+    struct Chooser {
+        const Hzb& culler;
+        const Screen& screen;
+        HzbState& state;
+        bool hidden(const Box3f&) const { return false; }
+        void object(std::uint32_t, const Box3f&) {}
+        void patch(std::uint32_t) {}
+        bool wants_patch(std::uint32_t patch, float squared_distance) const {
+            float pixels = culler.scene_.data().patches.area[patch] * float(screen.scale_x * screen.scale_y);
+            if (!screen.camera.orthographic)
+                pixels /= squared_distance + 1e-6f * float(culler.extent_ * culler.extent_);
+            if (pixels >= kWorth * culler.options_.pixels_per_polygon)
+                state.nearest.push_back({-pixels, patch});
+            return false;
+        }
+    };
 };
 
 template <class Method>

@@ -1,6 +1,7 @@
 #include "raster/depth_pyramid.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace antumbra {
 
@@ -32,12 +33,17 @@ void DepthPyramid::merge(const PatchCoverage& coverage) {
             if (nearness == std::numeric_limits<float>::infinity())
                 continue;
             std::uint64_t mask = coverage.tile(tx, ty);
-            for (int bit = 0; bit < 64; ++bit)
-                if (mask >> bit & 1) {
-                    int x = tx * kTile + bit % 8, y = ty * kTile + bit / 8;
-                    float& pixel = pixels.nearness[static_cast<std::size_t>(y * pixels.width + x)];
-                    pixel = std::max(pixel, nearness);
-                }
+            float* row = pixels.nearness.data() + ty * kTile * pixels.width + tx * kTile;
+            for (; mask; mask >>= 8, row += pixels.width) {
+                if ((mask & 255) == 255)
+                    for (int x = 0; x < kTile; ++x)
+                        row[x] = row[x] < nearness ? nearness : row[x];
+                else
+                    for (std::uint64_t bits = mask & 255; bits; bits &= bits - 1) {
+                        float& pixel = row[std::countr_zero(bits)];
+                        pixel = pixel < nearness ? nearness : pixel;
+                    }
+            }
         }
 }
 

@@ -42,11 +42,11 @@ ANTUMBRA_INLINE void transform(const PatchStore& store, const PatchRange& patch,
     const float* px = store.x.data() + patch.first_vertex;
     const float* py = store.y.data() + patch.first_vertex;
     const float* pz = store.z.data() + patch.first_vertex;
-    double* cx = out.camera_x.data();
-    double* cy = out.camera_y.data();
-    double* cz = out.camera_z.data();
-    float* sx = out.vertex_x.data();
-    float* sy = out.vertex_y.data();
+    double* __restrict cx = out.camera_x.data();
+    double* __restrict cy = out.camera_y.data();
+    double* __restrict cz = out.camera_z.data();
+    float* __restrict sx = out.vertex_x.data();
+    float* __restrict sy = out.vertex_y.data();
     const double ex = camera.eye.x, ey = camera.eye.y, ez = camera.eye.z;
     const Vec3d r = camera.right, u = camera.up, f = camera.forward;
     const double scale_x = screen.scale_x, scale_y = screen.scale_y;
@@ -58,10 +58,14 @@ ANTUMBRA_INLINE void transform(const PatchStore& store, const PatchRange& patch,
         cx[v] = a;
         cy[v] = b;
         cz[v] = c;
-        // Corners nearer than the clip depth get some finite place; they are never used.
-        double depth = flat ? 1.0 : (c > clip ? c : clip);
-        sx[v] = static_cast<float>(centre_x + a / depth * scale_x);
-        sy[v] = static_cast<float>(centre_y + b / depth * scale_y);
+    }
+    // Corners nearer than the clip depth get some finite place; they are never used.
+    const double least = flat ? 1.0 : clip, most = flat ? 1.0 : 1e300;
+    for (std::uint32_t v = 0; v < patch.vertex_count; ++v) {
+        double depth = cz[v] > least ? cz[v] : least;
+        depth = depth < most ? depth : most;
+        sx[v] = static_cast<float>(centre_x + cx[v] / depth * scale_x);
+        sy[v] = static_cast<float>(centre_y + cy[v] / depth * scale_y);
     }
 }
 
@@ -189,18 +193,19 @@ ANTUMBRA_INLINE void mark_silhouette(const Screen& screen, PatchCoverage& out, f
     // First all columns (this loop becomes vector code), then the bits.
     const bool level = !(y1 > y0);
     const float slope = level ? 0 : (x1 - x0) / (y1 - y0);
-    const float spread = level ? high - low : 0;
-    int* begin = out.begin.data();
-    int* end = out.end.data();
+    const float base = level ? low : x0, spread = level ? high - low : 0;
+    const int last_column = screen.width - 1;
+    int* __restrict begin = out.begin.data();
+    int* __restrict end = out.end.data();
     for (int row = first; row <= last; ++row) {
         float from = clamp_float(float(row) - kEdgeSlack, y0, y1);
         float to = clamp_float(float(row + 1) + kEdgeSlack, y0, y1);
-        float a = level ? low : x0 + (from - y0) * slope, b = level ? low + spread : x0 + (to - y0) * slope;
-        float left = (a < b ? a : b) - kEdgeSlack, right = (a < b ? b : a) + kEdgeSlack;
+        float a = base + (from - y0) * slope, b = base + (to - y0) * slope;
+        float left = (a < b ? a : b) - kEdgeSlack, right = (a < b ? b : a) + spread + kEdgeSlack;
         // Off the left side end becomes -1, off the right side begin becomes width: an empty range.
         int begin_column = floor_int(clamp_float(left, 0, width)), end_column = floor_int(clamp_float(right, -1, width));
         begin[row] = begin_column;
-        end[row] = end_column < screen.width - 1 ? end_column : screen.width - 1;
+        end[row] = end_column < last_column ? end_column : last_column;
     }
     std::uint64_t* bits = out.silhouette.data() + first * out.words;
     for (int row = first; row <= last; ++row, bits += out.words)
@@ -216,8 +221,8 @@ ANTUMBRA_INLINE void cross_rows(float x0, float y0, float x1, float y1, int firs
 }
 
 ANTUMBRA_INLINE void fill_centres(const Screen& screen, PatchCoverage& out, const EdgeLoop& loop, int first, int last) {
-    float* left = out.left.data();
-    float* right = out.right.data();
+    float* __restrict left = out.left.data();
+    float* __restrict right = out.right.data();
     for (int row = first; row < last; ++row) {
         left[row] = 1e9f;
         right[row] = -1e9f;
@@ -234,8 +239,8 @@ ANTUMBRA_INLINE void fill_centres(const Screen& screen, PatchCoverage& out, cons
             cross_rows(x0, y0, x1, y1, begin, end, up ? right : left);
     }
     const float width = float(screen.width);
-    int* begin = out.begin.data();
-    int* end = out.end.data();
+    int* __restrict begin = out.begin.data();
+    int* __restrict end = out.end.data();
     for (int row = first; row < last; ++row) {
         begin[row] = ceil_int(clamp_float(left[row] - 0.5f, 0, width));
         end[row] = floor_int(clamp_float(right[row] - 0.5f, -1, width - 1));
@@ -272,27 +277,36 @@ ANTUMBRA_INLINE void lower_tiles(const Screen& screen, PatchCoverage& out, const
     if (camera.orthographic) // c may be a small difference of large numbers
         slack += 1e-12 * (std::abs(polygon.offset) + screen.orthographic_slack) / std::abs(nz);
     auto least = static_cast<float>(screen.surely_below(loop.least_nearness));
+    // First how far every row of tiles reaches, edge by edge, then the tiles.
+    float* __restrict lows = out.left.data();
+    float* __restrict highs = out.right.data();
     for (int ty = first_tile; ty < last_tile; ++ty) {
-        float band_low = float(ty * kTile) - kEdgeSlack, band_high = float(ty * kTile + kTile) + kEdgeSlack;
-        float low = 1e9f, high = -1e9f;
-        for (int i = 0; i < loop.count; ++i) {
-            int j = i + 1 == loop.count ? 0 : i + 1;
-            bool up = loop.y[j] > loop.y[i];
-            float x0 = up ? loop.x[i] : loop.x[j], y0 = up ? loop.y[i] : loop.y[j];
-            float x1 = up ? loop.x[j] : loop.x[i], y1 = up ? loop.y[j] : loop.y[i];
-            if (y1 < band_low || y0 > band_high)
-                continue;
-            float a = x0, b = x1;
-            if (y1 > y0) {
-                float slope = (x1 - x0) / (y1 - y0);
-                a = x0 + (clamp_float(band_low, y0, y1) - y0) * slope;
-                b = x0 + (clamp_float(band_high, y0, y1) - y0) * slope;
-            }
-            low = a < low ? a : low;
-            low = b < low ? b : low;
-            high = a > high ? a : high;
-            high = b > high ? b : high;
+        lows[ty] = 1e9f;
+        highs[ty] = -1e9f;
+    }
+    for (int i = 0; i < loop.count; ++i) {
+        int j = i + 1 == loop.count ? 0 : i + 1;
+        bool up = loop.y[j] > loop.y[i];
+        float x0 = up ? loop.x[i] : loop.x[j], y0 = up ? loop.y[i] : loop.y[j];
+        float x1 = up ? loop.x[j] : loop.x[i], y1 = up ? loop.y[j] : loop.y[i];
+        float slope = y1 > y0 ? (x1 - x0) / (y1 - y0) : 0, level_x = y1 > y0 ? 0 : x1 - x0;
+        float rows = float(screen.tiles_y);
+        int begin = clamp_int(floor_int(clamp_float((y0 - 1) / kTile, -1, rows)), first_tile, last_tile);
+        int end = clamp_int(floor_int(clamp_float((y1 + 1) / kTile, -1, rows)) + 1, first_tile, last_tile);
+        for (int ty = begin; ty < end; ++ty) {
+            float band_low = float(ty * kTile) - kEdgeSlack, band_high = float(ty * kTile + kTile) + kEdgeSlack;
+            float a = x0 + (clamp_float(band_low, y0, y1) - y0) * slope;
+            float b = x0 + level_x + (clamp_float(band_high, y0, y1) - y0) * slope;
+            float least_x = a < b ? a : b, most_x = a < b ? b : a;
+            bool near = (y1 >= band_low) & (y0 <= band_high);
+            least_x = near ? least_x : 1e9f;
+            most_x = near ? most_x : -1e9f;
+            lows[ty] = least_x < lows[ty] ? least_x : lows[ty];
+            highs[ty] = most_x > highs[ty] ? most_x : highs[ty];
         }
+    }
+    for (int ty = first_tile; ty < last_tile; ++ty) {
+        float low = lows[ty], high = highs[ty];
         int begin = clamp_int(floor_int(clamp_float((low - kEdgeSlack) / kTile, -1, float(screen.tiles_x))), 0, screen.tiles_x);
         int end = clamp_int(floor_int(clamp_float((high + kEdgeSlack) / kTile, -1, float(screen.tiles_x))) + 1, 0, screen.tiles_x);
         if (begin >= end)

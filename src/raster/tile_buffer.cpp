@@ -10,27 +10,28 @@ namespace {
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 constexpr std::uint64_t kFull = ~std::uint64_t(0);
 
-void merge_tile(float& whole, float& part, std::uint64_t& mask, std::uint64_t covered, float nearness) {
+/// True if the tile has changed.
+bool merge_tile(float& whole, float& part, std::uint64_t& mask, std::uint64_t covered, float nearness) {
     if (!(nearness > whole) || nearness == std::numeric_limits<float>::infinity())
-        return;
+        return false;
     if (covered == kFull) {
         whole = nearness;
         if (!(part > whole)) {
             mask = 0;
             part = kNothing;
         }
-        return;
+        return true;
     }
     if (mask == 0) {
         mask = covered;
         part = nearness;
-        return;
+        return true;
     }
     // One of two must be given up when they do not fit together: keep what is near. Taking both means the farther
     // nearness for all; do that unless the newcomer lies much farther than the layer already there, or in front.
     if (nearness > part && part - whole < nearness - part && covered != mask && !(covered & ~mask)) {
         // Lies within the layer and nearer: the layer as it is hides the same pixels, only later.
-        return;
+        return false;
     }
     std::uint64_t both = mask | covered;
     float farther = std::min(part, nearness);
@@ -41,18 +42,19 @@ void merge_tile(float& whole, float& part, std::uint64_t& mask, std::uint64_t co
         bool worth = nearer_part > whole && nearer_mask != kFull;
         mask = worth ? nearer_mask : 0;
         part = worth ? nearer_part : kNothing;
-        return;
+        return true;
     }
     // How much nearness would be lost on the old layer, against what the newcomer adds.
     if (nearness < part && (part - nearness) > (nearness - whole))
-        return;
+        return false;
     if (nearness > part && (nearness - part) > (part - whole)) {
         mask = covered;
         part = nearness;
-        return;
+        return true;
     }
     mask = both;
     part = farther;
+    return true;
 }
 
 struct PixelRect {
@@ -125,17 +127,20 @@ void TileBuffer::reset(const Screen& screen) {
     whole.assign(tiles, kNothing);
     part.assign(tiles, kNothing);
     mask.assign(tiles, 0);
+    owner.assign(tiles, 0);
 }
 
-void TileBuffer::merge(const PatchCoverage& coverage) {
+void TileBuffer::merge(const PatchCoverage& coverage, std::uint32_t patch) {
     const TileRect& rect = coverage.touched;
     for (int ty = rect.y0; ty < rect.y1; ++ty)
         for (int tx = rect.x0; tx < rect.x1; ++tx) {
             auto tile = static_cast<std::size_t>(ty * tiles_x + tx);
-            if (!(coverage.nearness[tile] > whole[tile]))
+            float nearness = coverage.nearness[tile];
+            if (!(nearness > whole[tile]) || nearness == std::numeric_limits<float>::infinity())
                 continue;
             if (std::uint64_t covered = coverage.tile(tx, ty))
-                merge_tile(whole[tile], part[tile], mask[tile], covered, coverage.nearness[tile]);
+                if (merge_tile(whole[tile], part[tile], mask[tile], covered, nearness))
+                    owner[tile] = patch;
         }
 }
 
