@@ -182,12 +182,26 @@ struct OcclusionTreeOptions {
     double reach = 0;
 };
 
+/// Where the kd-tree of `planes-published` is cut: the axes in turn by balanced counts (Coorg, Teller 1997), or across
+/// the largest extent where the fewest objects are cut (Bittner, Havran, Slavik 1998).
+enum class KdSplit : std::uint8_t { balanced_counts, fewest_splits };
+
+/// For `planes-published`.
+struct PublishedPlanesOptions {
+    KdSplit split = KdSplit::balanced_counts;
+    std::uint32_t leaf_objects = 4;                  ///< leaves with so many are not cut
+    std::uint64_t cache_bytes = std::uint64_t(32) << 20; ///< relations that a view keeps, at most
+    /// Occluders that pay little are left out of a view's set until it is worth more again; false: always the whole set.
+    bool adapt = true;
+};
+
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
     /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256;
     /// `tree-fse`, `tree-fme`, `tree-fmc`: per frame, 0..256.
     std::uint32_t occluders = 64;
     OcclusionTreeOptions tree;
+    PublishedPlanesOptions published;
     /// `hzb`, `masked`: pixels across (the height follows from the view), 8..2048.
     int raster_width = 256;
     /// `hzb`, `masked`: polygons drawn per frame at most.

@@ -1,67 +1,62 @@
-// Supporting and separating planes as Coorg and Teller published them in 1997: for one occluder and one box the planes
-// do not depend on the viewpoint, so they are formed once, by tangent look-up, and kept while the viewer moves.
-// Full occlusion: the viewpoint is on the inner side of all supporting planes; partial: of all separating planes.
+// Supporting and separating planes as Coorg and Teller published them in 1997: a kd-tree of objects; for one occluder and
+// one node the planes do not depend on the viewpoint, so they are formed once, by tangent look-up, and kept while the
+// viewer moves. Full occlusion: the viewpoint is on the inner side of all supporting planes; partial: of all separating
+// planes. Occluders that hide a node in part are handed to its children.
 #include "cull/methods.hpp"
+#include "cull/relations.hpp"
 #include "cull/result_bits.hpp"
 #include "cull/shadow.hpp"
-#include "cull/tangent_table.hpp"
 #include "cull/view_planes.hpp"
 #include "occluders/occluder_sets.hpp"
+#include "tree/kd_tree.hpp"
 
 #include <algorithm>
 
 namespace antumbra {
 namespace {
 
-constexpr std::uint32_t kMostEdges = 8;
-constexpr std::uint32_t kCacheEntries = 1u << 15; ///< about 600 bytes each
-constexpr std::uint32_t kMostListed = 64;         ///< occluders of one view
-constexpr std::uint32_t kDetailOccluders = 16;    ///< of one detail object
-
-enum class Occlusion : std::uint8_t { none, partial, full };
-
-/// Unit normal and offset; the occluder is on the positive side.
-struct Plane {
-    Vec3d normal;
-    double offset = 0;
-    double at(const Vec3d& p) const { return dot(normal, p) + offset; }
-};
-
-/// One occluder and one box: a pair of planes per occluder edge.
-struct Relation {
-    std::uint64_t key = ~std::uint64_t(0);
-    bool possible = false; ///< false: the box does not lie wholly behind the occluder, or a plane is uncertain
-    std::uint32_t edges = 0;
-    Plane supporting[kMostEdges], separating[kMostEdges];
-};
-
-const Relation kImpossible;
+constexpr std::uint32_t kMostListed = 256;     ///< occluders of one view
+constexpr std::uint32_t kDetailOccluders = 16; ///< of one detail object
+constexpr std::uint32_t kChanges = 8;          ///< of the set, per frame
+constexpr std::uint32_t kLeastInUse = 8;       ///< the set does not shrink below
+constexpr std::uint32_t kTrialFrames = 16;     ///< after which the size of the set is thought over
 
 struct Entry {
     std::uint32_t node, first, count; ///< occluders: list[first .. first + count)
 };
 
 struct State final : ViewState::Storage {
-    std::vector<Relation> cache;
+    RelationCache cache;
     std::vector<Entry> stack;
     std::vector<std::uint32_t> list;
+    std::vector<std::uint32_t> current;            ///< the occluder set, which changes little by little
+    std::vector<std::uint32_t> in_target, in_current; ///< per polygon: the frame in which it last was
+    std::vector<std::uint32_t> decided;            ///< per object: the frame in which its own test was made
+    std::vector<std::pair<double, std::uint32_t>> ranked;
+    std::uint32_t frame = 0;
+    std::uint32_t in_use = 0;      ///< occluders that the set may have
+    std::uint32_t useful = 0;      ///< of these the last, by rank, that hid something in the frames under trial
+    std::vector<std::uint32_t> rank; ///< per polygon, in this frame
 };
 
 class PublishedPlanes final : public Culler {
   public:
     PublishedPlanes(const CullScene& scene, const CullerOptions& options)
-        : scene_(scene), most_(std::min(options.occluders, kMostListed)), serial_(new_culler_serial()) {
+        : scene_(scene), options_(options.published), most_(std::min(options.occluders, kMostListed)),
+          serial_(new_culler_serial()) {
+        const CullScene::Data& data = scene.data();
+        build_tree();
         OccluderSetsOptions sets;
         sets.per_set = most_;
         sets.most_corners = kMostEdges;
-        sets_ = scene.data().front_sets;
-        detail_sets_ = scene.data().back_sets;
+        sets_ = data.front_sets;
+        detail_sets_ = data.back_sets;
         if (sets_.empty())
-            sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
+            sets_ = OccluderSets::build(data.occluders, data.tree_box, sets);
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
         if (detail_sets_.empty())
-            detail_sets_ = OccluderSets::build(scene.data().occluders, scene.data().tree_box, sets);
-        const Box3f& box = scene.data().tree_box;
+            detail_sets_ = OccluderSets::build(data.occluders, data.tree_box, sets);
+        const Box3f& box = data.tree_box;
         if (!box.empty())
             extent_ = length(to_double(box.max)) + length(to_double(box.min));
     }
@@ -80,12 +75,38 @@ class PublishedPlanes final : public Culler {
             result.reason = "no occluders allowed: frustum only";
         else if (scene.occluders.polygons.empty())
             result.reason = "the scene has no occluders: frustum only";
-        if (!scene.binary.empty())
+        if (!tree_.nodes.empty())
             walk(camera_of(view), view_state.storage<State>(serial_), result);
         finish_result(result);
     }
 
   private:
+    /// Cells of the kd-tree, and in place of each what it holds of its objects' boxes: empty space hides behind nothing.
+    void build_tree() {
+        const CullScene::Data& scene = scene_.data();
+        KdTreeOptions options;
+        options.rule = options_.split == KdSplit::balanced_counts ? KdRule::balanced_counts : KdRule::fewest_splits;
+        options.leaf_items = options_.leaf_objects;
+        tree_ = build_kd_tree(scene.bounds, scene.order, options);
+        boxes_.resize(tree_.nodes.size());
+        for (std::size_t n = tree_.nodes.size(); n-- > 0;) { // children follow their parents
+            const KdNode& node = tree_.nodes[n];
+            if (!node.leaf()) {
+                boxes_[n] = boxes_[n + 1];
+                boxes_[n].extend(boxes_[node.right]);
+                continue;
+            }
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                Box3f part = scene.bounds[tree_.items[i]];
+                for (int axis = 0; axis < 3; ++axis) {
+                    part.min[axis] = std::max(part.min[axis], node.cell.min[axis]);
+                    part.max[axis] = std::min(part.max[axis], node.cell.max[axis]);
+                }
+                boxes_[n].extend(part);
+            }
+        }
+    }
+
     static bool is_outside(const Box3f& box, const FrustumPlanes& planes) {
         for (int i = 0; i < planes.count; ++i) {
             const float* n = planes.normal[i];
@@ -97,47 +118,136 @@ class PublishedPlanes final : public Culler {
         return false;
     }
 
+    void prepare(State& state) const {
+        const CullScene::Data& scene = scene_.data();
+        state.cache.reset(options_.cache_bytes);
+        state.stack.reserve(2 * kMaxKdDepth + 4);
+        state.list.reserve(std::size_t(kMaxKdDepth + 2) * std::max(most_, kDetailOccluders));
+        state.current.reserve(most_);
+        state.ranked.reserve(most_);
+        for (std::vector<std::uint32_t>* per_polygon : {&state.in_target, &state.in_current, &state.rank})
+            per_polygon->assign(scene.occluders.polygons.size(), 0);
+        state.decided.assign(scene.object_count(), 0);
+        state.in_use = most_;
+    }
+
+    /// The set of the viewer's leaf and direction, approached by a few members per frame; at first and after a jump at
+    /// once.
+    void follow_set(const Camera& camera, State& state) const {
+        std::span<const std::uint32_t> target = sets_.at(camera.eye, camera.forward);
+        target = target.first(std::min<std::size_t>(target.size(), most_));
+        for (std::uint32_t polygon : target)
+            state.in_target[polygon] = state.frame;
+        auto is_wanted = [&](std::uint32_t polygon) { return state.in_target[polygon] == state.frame; };
+        auto kept = std::count_if(state.current.begin(), state.current.end(), is_wanted);
+        if (2 * static_cast<std::size_t>(kept) < state.current.size() || state.current.empty()) {
+            state.current.assign(target.begin(), target.end());
+            return;
+        }
+        std::uint32_t changes = kChanges;
+        for (std::size_t i = state.current.size(); i-- > 0 && changes > 0;)
+            if (!is_wanted(state.current[i])) {
+                state.current[i] = state.current.back();
+                state.current.pop_back();
+                --changes;
+            }
+        for (std::uint32_t polygon : state.current)
+            state.in_current[polygon] = state.frame;
+        for (std::uint32_t polygon : target)
+            if (state.current.size() < most_ && changes < 2 * kChanges && state.in_current[polygon] != state.frame) {
+                state.current.push_back(polygon);
+                ++changes;
+            }
+    }
+
+    /// "- a (N . V) / |D|^2", with the viewing direction V as in the paper.
+    double area_angle(std::uint32_t polygon, const Camera& camera) const {
+        const OccluderPolygon& p = scene_.data().occluders.polygons[polygon];
+        Vec3d sight = p.centre - camera.eye;
+        return p.area * std::abs(dot(p.normal, camera.forward)) / (dot(sight, sight) + 0.05 * p.area);
+    }
+
+    /// The usable members of the set, those of the largest area-angle first, as many as pay.
+    void list_occluders(const Camera& camera, const SightStart& sight, State& state) const {
+        state.ranked.clear();
+        for (std::uint32_t polygon : state.current)
+            if (is_usable(polygon, sight))
+                state.ranked.push_back({-area_angle(polygon, camera), polygon});
+        std::sort(state.ranked.begin(), state.ranked.end());
+        for (const auto& [score, polygon] : state.ranked) {
+            if (state.list.size() >= state.in_use)
+                break;
+            state.rank[polygon] = static_cast<std::uint32_t>(state.list.size());
+            state.list.push_back(polygon);
+        }
+    }
+
+    /// Occluders behind the last that hid anything for a while go; when the last ones hide something, more come.
+    void adapt(State& state) const {
+        if (!options_.adapt || state.frame % kTrialFrames != 0)
+            return;
+        if (4 * state.useful > 3 * state.in_use)
+            state.in_use = std::min(most_, state.in_use + state.in_use / 2 + 1);
+        else
+            state.in_use = std::min(most_, std::max(kLeastInUse, state.useful + state.useful / 2 + 1));
+        state.useful = 0;
+    }
+
     /// The recursion of the paper: a node that is fully occluded is done with; below it only the occluders that hide
     /// it in part are tried.
     void walk(const Camera& camera, State& state, CullResult& result) const {
-        const CullScene::Data& scene = scene_.data();
-        FrustumPlanes planes = frustum_planes(camera, scene.tree_box);
-        SightStart sight = sight_start(camera, scene.tree_box);
-        if (state.cache.empty()) {
-            state.cache.resize(kCacheEntries);
-            state.stack.reserve(scene.stack_bound);
-            state.list.reserve(std::size_t(kTreeDepth + 2) * kMostListed);
-        }
+        FrustumPlanes planes = frustum_planes(camera, scene_.data().tree_box);
+        SightStart sight = sight_start(camera, scene_.data().tree_box);
+        if (state.cache.empty())
+            prepare(state);
+        ++state.frame;
+        state.cache.begin_frame();
         state.list.clear();
         state.stack.clear();
-        if (!camera.orthographic)
-            for (std::uint32_t polygon : sets_.at(camera.eye, camera.forward))
-                if (state.list.size() < most_ && is_usable(polygon, sight))
-                    state.list.push_back(polygon);
+        if (!camera.orthographic) {
+            follow_set(camera, state);
+            list_occluders(camera, sight, state);
+        }
         result.counters.occluders_used = state.list.size();
         state.stack.push_back({0, 0, static_cast<std::uint32_t>(state.list.size())});
         while (!state.stack.empty()) {
             Entry entry = state.stack.back();
             state.stack.pop_back();
-            const BinaryNode& node = scene.binary[entry.node];
+            const KdNode& node = tree_.nodes[entry.node];
             ++result.counters.boxes_tested;
-            if (is_outside(node.box, planes)) {
+            if (is_outside(boxes_[entry.node], planes)) {
                 ++result.counters.outside_frustum;
                 continue;
             }
             // Children are handled before anything above them on the stack: their part of the list can be reused.
             state.list.resize(entry.first + entry.count);
             Entry below{0, 0, 0};
-            if (is_hidden(entry, camera.eye, below, state, result.counters)) {
+            if (is_hidden(entry, boxes_[entry.node], camera.eye, below, state, result.counters)) {
                 ++result.counters.hidden_by_planes;
-            } else if (node.right == 0) {
-                if (!is_hidden_detail(entry.node, camera, sight, state, result.counters))
-                    mark_visible(result, scene.order[node.first]);
+            } else if (node.leaf()) {
+                report_leaf(node, camera, planes, sight, state, result);
             } else {
                 ++result.counters.nodes_visited;
                 state.stack.push_back({node.right, below.first, below.count});
                 state.stack.push_back({entry.node + 1, below.first, below.count});
             }
+        }
+        adapt(state);
+    }
+
+    void report_leaf(const KdNode& node, const Camera& camera, const FrustumPlanes& planes, const SightStart& sight,
+                     State& state, CullResult& result) const {
+        const CullScene::Data& scene = scene_.data();
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            std::uint32_t object = tree_.items[i];
+            if (state.decided[object] == state.frame) // in another leaf
+                continue;
+            state.decided[object] = state.frame;
+            ++result.counters.boxes_tested;
+            if (is_outside(scene.bounds[object], planes))
+                ++result.counters.outside_frustum;
+            else if (!is_hidden_detail(object, camera, sight, state, result.counters))
+                mark_visible(result, object);
         }
     }
 
@@ -148,25 +258,28 @@ class PublishedPlanes final : public Culler {
         return side != 0 && is_beyond_near(p, side, sight);
     }
 
-    /// Full occlusion of the node's box by one of the entry's occluders, or by those together that hide it in part;
-    /// else `below` gets the latter. The entry's occluders face the eye.
-    bool is_hidden(const Entry& entry, const Vec3d& eye, Entry& below, State& state, CullCounters& counters) const {
+    /// Full occlusion of the box by one of the entry's occluders, or by those together that hide it in part; else
+    /// `below` gets the latter. The entry's occluders face the eye.
+    bool is_hidden(const Entry& entry, const Box3f& box, const Vec3d& eye, Entry& below, State& state,
+                   CullCounters& counters) const {
         below.first = static_cast<std::uint32_t>(state.list.size());
         for (std::uint32_t i = entry.first; i < entry.first + entry.count; ++i) {
             std::uint32_t occluder = state.list[i];
-            Occlusion occlusion = classify(relation(entry.node, occluder, eye, state, counters), eye);
-            if (occlusion == Occlusion::full)
+            Occlusion occlusion = classify(relation(entry.node, box, occluder, eye, state, counters), eye, margin(eye));
+            if (occlusion == Occlusion::full) {
+                state.useful = std::max(state.useful, state.rank[occluder] + 1);
                 return true;
+            }
             if (occlusion == Occlusion::partial) {
                 state.list.push_back(occluder);
                 ++below.count;
             }
         }
-        return below.count > 1 && is_hidden_together(entry.node, below, eye, state, counters);
+        return below.count > 1 && is_hidden_together(entry.node, box, below, eye, state, counters);
     }
 
     /// Joined occluders: all supporting planes, but for those of edges that two of the occluders share.
-    bool is_hidden_together(std::uint32_t node, const Entry& below, const Vec3d& eye, State& state,
+    bool is_hidden_together(std::uint32_t node, const Box3f& box, const Entry& below, const Vec3d& eye, State& state,
                             CullCounters& counters) const {
         const OccluderSet& set = scene_.data().occluders;
         std::span<const std::uint32_t> together(state.list.data() + below.first, below.count);
@@ -190,7 +303,7 @@ class PublishedPlanes final : public Culler {
                 continue;
             bool all = true;
             for (std::uint32_t m = 0; m < size && all; ++m) {
-                const Relation& pair = relation(node, part[m], eye, state, counters);
+                const Relation& pair = relation(node, box, part[m], eye, state, counters);
                 std::uint32_t open = (1u << pair.edges) - 1; // edges whose supporting plane counts
                 for_neighbours(set, part[m], [&](std::uint32_t edge, std::uint32_t neighbour) {
                     if (std::find(part, part + size, neighbour) != part + size &&
@@ -201,8 +314,11 @@ class PublishedPlanes final : public Culler {
                 for (std::uint32_t edge = 0; edge < pair.edges && all; ++edge)
                     all = !(open >> edge & 1) || pair.supporting[edge].at(eye) > margin(eye);
             }
-            if (all)
-                return true;
+            if (!all)
+                continue;
+            for (std::uint32_t m = 0; m < size; ++m)
+                state.useful = std::max(state.useful, state.rank[part[m]] + 1);
+            return true;
         }
         return false;
     }
@@ -224,108 +340,54 @@ class PublishedPlanes final : public Culler {
         return same_side != same_direction;
     }
 
-    /// Detail objects have occluders of their own: those large in the direction of the viewer as seen from the object.
-    bool is_hidden_detail(std::uint32_t node, const Camera& camera, const SightStart& sight, State& state,
+    /// Detail objects have occluders of their own: those large in the direction of the viewer as seen from the object's
+    /// centre. They are tested against the whole box.
+    bool is_hidden_detail(std::uint32_t object, const Camera& camera, const SightStart& sight, State& state,
                           CullCounters& counters) const {
-        if (camera.orthographic)
+        if (camera.orthographic || most_ == 0)
             return false;
-        Vec3d centre = to_double(scene_.data().binary[node].box).centre();
+        const Box3f& box = scene_.data().bounds[object];
+        Vec3d centre = to_double(box).centre();
         std::size_t before = state.list.size();
+        std::uint32_t useful = state.useful;
         for (std::uint32_t polygon : detail_sets_.at(centre, camera.eye - centre))
             if (is_usable(polygon, sight) && state.list.size() < before + kDetailOccluders)
                 state.list.push_back(polygon);
-        Entry entry{node, static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(state.list.size() - before)};
+        // Boxes of objects are numbered behind those of nodes.
+        Entry entry{static_cast<std::uint32_t>(tree_.nodes.size()) + object, static_cast<std::uint32_t>(before),
+                    static_cast<std::uint32_t>(state.list.size() - before)};
         Entry below{0, 0, 0};
-        bool hidden = is_hidden(entry, camera.eye, below, state, counters);
+        bool hidden = is_hidden(entry, box, camera.eye, below, state, counters);
         counters.hidden_by_planes += hidden;
         state.list.resize(before);
+        state.useful = useful; // these occluders are not of the set
         return hidden;
     }
 
     double margin(const Vec3d& eye) const { return 1e-9 * (extent_ + length(eye)); }
 
-    Occlusion classify(const Relation& pair, const Vec3d& eye) const {
-        if (!pair.possible)
-            return Occlusion::none;
-        double least = margin(eye);
-        bool full = true;
-        for (std::uint32_t edge = 0; edge < pair.edges && full; ++edge)
-            full = pair.supporting[edge].at(eye) > least;
-        if (full)
-            return Occlusion::full;
-        for (std::uint32_t edge = 0; edge < pair.edges; ++edge)
-            if (pair.separating[edge].at(eye) < -least)
-                return Occlusion::none;
-        return Occlusion::partial;
-    }
-
     /// From the cache, or formed and kept. Which side of a double-sided occluder the box must be on depends on the eye.
-    const Relation& relation(std::uint32_t node, std::uint32_t occluder, const Vec3d& eye, State& state,
-                             CullCounters& counters) const {
+    const Relation& relation(std::uint32_t number, const Box3f& box, std::uint32_t occluder, const Vec3d& eye,
+                             State& state, CullCounters& counters) const {
+        static const Relation impossible;
         const OccluderPolygon& polygon = scene_.data().occluders.polygons[occluder];
         bool front = dot(polygon.normal, eye) + polygon.offset > 0;
         // Most pairs end here, at the price of one plane; they are not worth a place in the cache.
-        if (!is_behind(scene_.data().binary[node].box, polygon, front ? 1 : -1))
-            return kImpossible;
-        std::uint64_t key = (std::uint64_t(node) << 32 | occluder) << 1 | std::uint64_t(front);
-        Relation& entry = state.cache[(key * 0x9E3779B97F4A7C15u) >> (64 - 15)];
-        static_assert(kCacheEntries == 1u << 15);
-        if (entry.key == key) {
-            ++counters.relations_cached;
-            return entry;
-        }
-        ++counters.relations_made;
-        entry.key = key;
-        form(entry, to_double(scene_.data().binary[node].box), polygon);
-        return entry;
-    }
-
-    /// Strictly, as seen from `side`: coplanar walls stay visible.
-    bool is_behind(const Box3f& box, const OccluderPolygon& polygon, double side) const {
-        double nearest = polygon.offset * side;
-        for (int axis = 0; axis < 3; ++axis) {
-            double n = polygon.normal[axis] * side;
-            nearest += n * (n > 0 ? box.max[axis] : box.min[axis]);
-        }
-        return nearest < -1e-9 * extent_;
-    }
-
-    void form(Relation& pair, const Box3d& box, const OccluderPolygon& polygon) const {
-        const OccluderSet& set = scene_.data().occluders;
-        pair.possible = false;
-        pair.edges = polygon.count;
-        std::span<const std::uint32_t> loop = set.loop(polygon);
-        for (std::uint32_t edge = 0; edge < polygon.count; ++edge) {
-            Vec3d a = to_double(set.vertices[loop[edge]]);
-            Vec3d along = to_double(set.vertices[loop[(edge + 1) % polygon.count]]) - a;
-            Tangents tangents = find_tangents(box, a, along);
-            if (!tangents.valid)
-                return;
-            bool has_supporting = false, has_separating = false;
-            for (int corner : {int(tangents.first), int(tangents.second)}) {
-                Vec3d reach = box.corner(corner) - a, normal = cross(along, reach);
-                double size = length(normal);
-                // Planes whose direction is uncertain by more than the margin of the test decide nothing.
-                if (!(size > 1e-5 * length(along) * length(reach)))
-                    return;
-                Plane plane{normal / size, 0};
-                plane.offset = -dot(plane.normal, a);
-                if (std::abs(plane.at(polygon.centre)) < 1e-9 * extent_)
-                    return;
-                if (plane.at(polygon.centre) < 0)
-                    plane = {-plane.normal, -plane.offset};
-                bool same_side = plane.at(box.centre()) > 0;
-                (same_side ? pair.supporting : pair.separating)[edge] = plane;
-                (same_side ? has_supporting : has_separating) = true;
-            }
-            if (!has_supporting || !has_separating)
-                return;
-        }
-        pair.possible = true;
+        if (!is_behind(box, polygon, front ? 1 : -1, 1e-9 * extent_))
+            return impossible;
+        bool known = false;
+        Relation& found = state.cache.find(relation_key(number, occluder, front), known);
+        ++(known ? counters.relations_cached : counters.relations_made);
+        if (!known)
+            form_relation(scene_.data().occluders, polygon, to_double(box), 1e-9 * extent_, found);
+        return found;
     }
 
     CullScene scene_;
+    PublishedPlanesOptions options_;
     std::uint32_t most_;
+    KdTree tree_;
+    std::vector<Box3f> boxes_; ///< per node: what it holds of its objects' boxes
     OccluderSets sets_, detail_sets_;
     double extent_ = 1;
     std::uint64_t serial_;
@@ -334,6 +396,8 @@ class PublishedPlanes final : public Culler {
 } // namespace
 
 Result<CullerPointer> make_published_planes(const CullScene& scene, const CullerOptions& options) {
+    if (options.published.leaf_objects == 0 || options.published.cache_bytes < (1u << 16))
+        return Status(ErrorCode::usage, "planes-published wants leaves of at least 1 object and a cache of at least 65536 bytes");
     return CullerPointer(std::make_unique<PublishedPlanes>(scene, options));
 }
 

@@ -1,21 +1,35 @@
 #include "cull/tangent_table.hpp"
 
 #include <array>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
 
 namespace antumbra {
 namespace {
 
 constexpr int kMostEdges = 6;
 
-/// Always six edges, so that the look-up has no branches: those beyond `count` repeat the first and are masked out.
 struct Silhouette {
     int count = 0; ///< 4, 6, or 0 for the region inside
-    unsigned mask = 0;
     std::array<std::uint8_t, kMostEdges> vertex{}; ///< in order around
     std::array<std::uint8_t, kMostEdges> axis{};   ///< of the edge from vertex i to the next
-    std::array<double, kMostEdges> way{};          ///< its direction along that axis, 1 or -1
-    std::array<Tangents, 64> tangents{};           ///< per bit code of the sides of the edges
+    std::array<bool, kMostEdges> forward{};        ///< does it run along that axis, or against it?
+    std::array<Tangents, 64> tangents{};           ///< per bit code of the sides of its edges
 };
+
+/// The box has twelve edges, three times four parallel ones; their sides are one code of twelve bits. Those of a
+/// silhouette are taken out of it by two look-ups of six bits each.
+struct Region {
+    std::array<std::array<std::uint8_t, 64>, 2> take{};
+    std::array<Tangents, 64> tangents{};
+};
+
+/// Edges along `axis` are numbered by the places of their corners along the next two axes.
+int edge_number(int corner, int axis) {
+    int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    return 4 * axis + (corner >> u & 1) + 2 * (corner >> v & 1);
+}
 
 /// Corner v has a neighbour across each axis; the edge between them separates two faces.
 bool is_visible(const std::array<int, 3>& region, int axis, bool upper) {
@@ -50,7 +64,7 @@ Silhouette silhouette_of(const std::array<int, 3>& region) {
             auto slot = static_cast<std::size_t>(result.count++);
             result.vertex[slot] = static_cast<std::uint8_t>(at);
             result.axis[slot] = static_cast<std::uint8_t>(edge.axis);
-            result.way[slot] = edge.a == at ? 1.0 : -1.0;
+            result.forward[slot] = edge.a == at;
             at = edge.a == at ? edge.b : edge.a;
             previous = i;
             break;
@@ -74,47 +88,79 @@ void fill_tangents(Silhouette& silhouette) {
         tangents.valid = found == 2;
         silhouette.tangents[static_cast<std::size_t>(code)] = tangents;
     }
-    silhouette.mask = (1u << n) - 1;
-    for (auto slot = static_cast<std::size_t>(n); n > 0 && slot < kMostEdges; ++slot) {
-        silhouette.vertex[slot] = silhouette.vertex[0];
-        silhouette.axis[slot] = silhouette.axis[0];
-        silhouette.way[slot] = silhouette.way[0];
-    }
 }
 
-std::array<Silhouette, 27> make_table() {
-    std::array<Silhouette, 27> table;
-    for (int region = 0; region < 27; ++region) {
-        table[static_cast<std::size_t>(region)] = silhouette_of({region % 3, region / 3 % 3, region / 9});
-        fill_tangents(table[static_cast<std::size_t>(region)]);
+std::array<Region, 27> make_table() {
+    std::array<Region, 27> table;
+    for (int r = 0; r < 27; ++r) {
+        Silhouette silhouette = silhouette_of({r % 3, r / 3 % 3, r / 9});
+        fill_tangents(silhouette);
+        Region& region = table[static_cast<std::size_t>(r)];
+        region.tangents = silhouette.tangents;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(silhouette.count); ++i) {
+            int number = edge_number(silhouette.vertex[i], silhouette.axis[i]);
+            for (unsigned code = 0; code < 64; ++code)
+                if ((code >> (number % 6) & 1) == unsigned(silhouette.forward[i]))
+                    region.take[static_cast<std::size_t>(number / 6)][code] |= static_cast<std::uint8_t>(1u << i);
+        }
     }
     return table;
 }
 
-const std::array<Silhouette, 27> kTable = make_table();
+const std::array<Region, 27> kTable = make_table();
+
+struct Code {
+    unsigned region, edges;
+};
+
+/// Bit e of `edges`: (w x axis) . direction > 0 for the corner w (seen from the origin) of edge e, which runs along its
+/// axis, so that two products do: w_v direction_u - w_u direction_v.
+#ifdef __SSE2__
+inline Code code_of(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {
+    const __m128d zero = _mm_setzero_pd();
+    __m128d corners[3] = {_mm_sub_pd(_mm_set_pd(box.max.x, box.min.x), _mm_set1_pd(origin.x)),
+                          _mm_sub_pd(_mm_set_pd(box.max.y, box.min.y), _mm_set1_pd(origin.y)),
+                          _mm_sub_pd(_mm_set_pd(box.max.z, box.min.z), _mm_set1_pd(origin.z))};
+    const __m128d along[3] = {_mm_set1_pd(direction.x), _mm_set1_pd(direction.y), _mm_set1_pd(direction.z)};
+    auto place = [&](int axis) {
+        // Below the box is place 0, beside it 1, above it 2.
+        auto above_zero = static_cast<unsigned>(_mm_movemask_pd(_mm_cmpgt_pd(corners[axis], zero)));
+        auto below_zero = static_cast<unsigned>(_mm_movemask_pd(_mm_cmplt_pd(corners[axis], zero)));
+        return 1 - (above_zero & 1) + (below_zero >> 1);
+    };
+    auto sides = [&](int u, int v) {
+        __m128d across = _mm_mul_pd(corners[u], along[v]), other = _mm_mul_pd(corners[v], along[u]);
+        __m128d low = _mm_sub_pd(_mm_unpacklo_pd(other, other), across);
+        __m128d high = _mm_sub_pd(_mm_unpackhi_pd(other, other), across);
+        return static_cast<unsigned>(_mm_movemask_pd(_mm_cmpgt_pd(low, zero)) |
+                                     _mm_movemask_pd(_mm_cmpgt_pd(high, zero)) << 2);
+    };
+    return {place(0) + 3 * place(1) + 9 * place(2), sides(1, 2) | sides(2, 0) << 4 | sides(0, 1) << 8};
+}
+#else
+inline Code code_of(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {
+    double corners[3][2];
+    for (int axis = 0; axis < 3; ++axis) {
+        corners[axis][0] = box.min[axis] - origin[axis];
+        corners[axis][1] = box.max[axis] - origin[axis];
+    }
+    auto place = [&](int axis) { return 1u - unsigned(corners[axis][0] > 0) + unsigned(corners[axis][1] < 0); };
+    auto sides = [&](int u, int v) {
+        double across[2] = {corners[u][0] * direction[v], corners[u][1] * direction[v]};
+        double other[2] = {corners[v][0] * direction[u], corners[v][1] * direction[u]};
+        return unsigned(other[0] - across[0] > 0) | unsigned(other[0] - across[1] > 0) << 1 |
+               unsigned(other[1] - across[0] > 0) << 2 | unsigned(other[1] - across[1] > 0) << 3;
+    };
+    return {place(0) + 3 * place(1) + 9 * place(2), sides(1, 2) | sides(2, 0) << 4 | sides(0, 1) << 8};
+}
+#endif
 
 } // namespace
 
 Tangents find_tangents(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {
-    const double low[3] = {box.min.x - origin.x, box.min.y - origin.y, box.min.z - origin.z};
-    const double high[3] = {box.max.x - origin.x, box.max.y - origin.y, box.max.z - origin.z};
-    // Below the box is place 0, beside it 1, above it 2.
-    auto place = [&](int axis) { return 1 - int(low[axis] > 0) + int(high[axis] < 0); };
-    const Silhouette& silhouette = kTable[static_cast<std::size_t>(place(0) + 3 * place(1) + 9 * place(2))];
-    // corners[axis][0 or 1], twice over the axes, so that the next axes need no remainder.
-    const double corners[5][2] = {{low[0], high[0]}, {low[1], high[1]}, {low[2], high[2]}, {low[0], high[0]}, {low[1], high[1]}};
-    const double along[5] = {direction.x, direction.y, direction.z, direction.x, direction.y};
-    constexpr int kNext[5] = {0, 1, 2, 0, 1};
-    unsigned code = 0;
-    for (int i = 0; i < kMostEdges; ++i) {
-        // (w x e_axis) . direction needs two products: the edge runs along an axis.
-        auto slot = static_cast<std::size_t>(i);
-        int u = silhouette.axis[slot] + 1, v = u + 1, corner = silhouette.vertex[slot];
-        double wu = corners[u][corner >> kNext[u] & 1], wv = corners[v][corner >> kNext[v] & 1];
-        double side = (wv * along[u] - wu * along[v]) * silhouette.way[slot];
-        code |= unsigned(side > 0) << i;
-    }
-    return silhouette.tangents[code & silhouette.mask];
+    Code code = code_of(box, origin, direction);
+    const Region& region = kTable[code.region];
+    return region.tangents[region.take[0][code.edges & 63] | region.take[1][code.edges >> 6]];
 }
 
 Tangents find_tangents_naive(const Box3d& box, const Vec3d& origin, const Vec3d& direction) {

@@ -1,0 +1,67 @@
+// Relations of one occluder and one box (Coorg, Teller 1997, "conservative visibility testing"): the supporting and
+// separating planes, which do not depend on the viewpoint, formed by tangent look-up and kept while the viewer moves.
+#pragma once
+
+#include <antumbra/occluders.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace antumbra {
+
+inline constexpr std::uint32_t kMostEdges = 8; ///< of an occluder
+
+enum class Occlusion : std::uint8_t { none, partial, full };
+
+/// Unit normal and offset; the occluder is on the positive side.
+struct RelationPlane {
+    Vec3d normal;
+    double offset = 0;
+    double at(const Vec3d& p) const { return dot(normal, p) + offset; }
+};
+
+/// A pair of planes per occluder edge.
+struct Relation {
+    std::uint64_t key = ~std::uint64_t(0);
+    std::uint32_t last_used = 0; ///< frame
+    std::uint32_t edges = 0;
+    bool possible = false; ///< false: the box does not lie wholly behind the occluder, or a plane is uncertain
+    RelationPlane supporting[kMostEdges], separating[kMostEdges];
+};
+
+/// Which side of an occluder is its front for an eye: relations of the two sides are apart.
+inline std::uint64_t relation_key(std::uint32_t box, std::uint32_t occluder, bool front) {
+    return (std::uint64_t(box) << 32 | occluder) << 1 | std::uint64_t(front);
+}
+
+/// Strictly, as seen from `side` (1: the polygon's front, -1: its back), by more than `margin`: coplanar walls stay
+/// visible.
+bool is_behind(const Box3f& box, const OccluderPolygon& polygon, double side, double margin);
+
+/// Fills all but key and last_used. `margin`: the planes are no more certain than that.
+void form_relation(const OccluderSet& set, const OccluderPolygon& polygon, const Box3d& box, double margin,
+                   Relation& relation);
+
+/// Full: the viewpoint is certainly inside of all supporting planes; none: certainly outside of a separating one.
+Occlusion classify(const Relation& relation, const Vec3d& eye, double margin);
+
+/// Relations in at most `bytes` (rounded down to a power of two of entries). What was used longest ago makes room, so
+/// that relations of boxes outside the frustum, or below nodes that are decided already, stay until they are needed.
+class RelationCache {
+  public:
+    void reset(std::uint64_t bytes);
+    bool empty() const { return entries_.empty(); }
+    void begin_frame() { ++frame_; }
+    std::uint64_t bytes() const { return entries_.size() * sizeof(Relation); }
+
+    /// The relation with that key. `known` tells whether it was there; if not, it is to be formed by the caller.
+    Relation& find(std::uint64_t key, bool& known);
+
+  private:
+    static constexpr std::size_t kWays = 4;
+    std::vector<Relation> entries_;
+    std::uint32_t frame_ = 0;
+    int shift_ = 63; ///< of the hash, to the number of a set of kWays entries
+};
+
+} // namespace antumbra
