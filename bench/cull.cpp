@@ -230,11 +230,12 @@ void run(const std::string& path, const Options& options) {
         return;
     }
     Truth truth = find_truth(*scene, tracer, views, options.truth);
-    std::printf("\n%s: %zu triangles, %zu objects; %llu triangles -> %llu polygons, %llu patches, %llu inner boxes in "
+    std::printf("\n%s: %zu triangles, %zu objects; %llu triangles -> %llu polygons, %llu patches, %llu inner boxes (%llu of several objects) in "
                 "%.0f ms; scene in %.0f ms; %zu frames, seen (lower bound) %.1f\n",
                 path.c_str(), scene->triangles().size(), scene->objects().size(),
                 (unsigned long long)found.triangles, (unsigned long long)found.polygons,
-                (unsigned long long)found.patches, (unsigned long long)found.inner_boxes, finding, preparing,
+                (unsigned long long)found.patches, (unsigned long long)found.inner_boxes,
+                (unsigned long long)found.joined_boxes, finding, preparing,
                 views.size(), truth.mean);
     std::printf("%-16s %9s %9s %7s %9s %8s %9s %6s %8s %8s %8s\n", "method", "ms", "p99", "ratio", "reported", "culled%",
                 "rep/true", "lost", "patches", "polygons", "boxes");

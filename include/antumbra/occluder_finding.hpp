@@ -10,9 +10,12 @@ namespace antumbra {
 struct OccluderOptions {
     /// Merge coplanar neighbours into larger convex polygons.
     bool merge = true;
-    /// Largest boxes inside closed meshes, tried on objects of at least `inner_box_triangles` triangles
-    /// per face that the box would have.
+    /// Boxes inside closed meshes: in objects of at least `inner_box_triangles` triangles per face that the box would have,
+    /// and in the union of several closed objects, such as a row of houses.
     bool inner_boxes = true;
+    std::uint32_t most_solids = 4096;    ///< closed objects that are looked into, the largest
+    std::uint32_t boxes_per_solid = 4;
+    std::uint32_t most_joined_boxes = 1024;
     std::uint32_t inner_box_triangles = 24;
     std::uint32_t inner_box_resolution = 12; ///< cells along the longest side of an object
     std::uint32_t most_corners = 24;         ///< of one polygon
@@ -22,7 +25,8 @@ struct OccluderOptions {
 struct OccluderStatistics {
     std::uint64_t triangles = 0;        ///< of objects that occlude
     std::uint64_t polygons = 0;         ///< after merging, inner solids apart
-    std::uint64_t inner_boxes = 0;
+    std::uint64_t inner_boxes = 0;      ///< joined ones included
+    std::uint64_t joined_boxes = 0;     ///< inside of several objects together
     std::uint64_t closed_objects = 0;   ///< whose every edge has one triangle on either side
     std::uint64_t patches = 0;
     double largest_area = 0;

@@ -96,10 +96,20 @@ void drop_straight_corners(OccluderSet& set, const std::vector<Point>& points) {
 /// The faces of a box, seen from outside: corner numbers as in Box3::corner.
 constexpr std::uint32_t kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
 
-void append_box(OccluderSet& set, const InnerBox& inner) {
+Box3f box_of(const Point& min, const Point& max, double step) {
+    Box3f box;
+    for (std::size_t k = 0; k < 3; ++k) {
+        box.min[int(k)] = static_cast<float>(double(min[k]) * step); // exact
+        box.max[int(k)] = static_cast<float>(double(max[k]) * step);
+    }
+    return box;
+}
+
+void append_box(OccluderSet& set, const InnerBox& inner, double step) {
     auto base = static_cast<std::uint32_t>(set.vertices.size());
+    Box3f box = box_of(inner.min, inner.max, step);
     for (int corner = 0; corner < 8; ++corner)
-        set.vertices.push_back(inner.box.corner(corner));
+        set.vertices.push_back(box.corner(corner));
     for (std::uint32_t face = 0; face < 6; ++face) {
         OccluderPolygon polygon;
         polygon.first = static_cast<std::uint32_t>(set.loops.size());
@@ -112,7 +122,7 @@ void append_box(OccluderSet& set, const InnerBox& inner) {
         measure_occluder(set, polygon);
         set.polygons.push_back(polygon);
     }
-    set.solids.push_back({inner.shell});
+    set.solids.push_back({box_of(inner.shell_min, inner.shell_max, step)});
 }
 
 } // namespace
@@ -133,11 +143,16 @@ OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, O
     counts.polygons = set.polygons.size();
     connect_occluders(set);
     drop_straight_corners(set, welded.points);
+    std::vector<InnerBox> joined = join_boxes(inner.boxes, options.most_joined_boxes);
+    for (const InnerBox& box : joined)
+        append_box(set, box, scene.step());
+    counts.joined_boxes = joined.size();
     for (const InnerBox& box : inner.boxes)
-        append_box(set, box);
+        if (box.triangles >= 6 * options.inner_box_triangles)
+            append_box(set, box, scene.step());
+    counts.inner_boxes = set.solids.size();
     connect_occluders(set);
     group_occluders(set, options.patch_polygons);
-    counts.inner_boxes = inner.boxes.size();
     counts.closed_objects = inner.closed_objects;
     counts.patches = set.patches.size();
     for (const OccluderPolygon& polygon : set.polygons)

@@ -1,14 +1,16 @@
 #include "occluder_finding/inner_boxes.hpp"
 
 #include <algorithm>
-#include <map>
+#include <optional>
 
 namespace antumbra {
 namespace {
 
 using grid::Point;
-using grid::Wide;
 using Triangle = std::array<Point, 3>;
+
+/// Cells times triangles that are tried one by one.
+constexpr std::size_t kMostCellTests = 1 << 18;
 
 struct Mesh {
     std::vector<Triangle> triangles;
@@ -17,7 +19,7 @@ struct Mesh {
 
 struct GridBox {
     Point min, max;
-    double worth() const { // half the surface: what it can hide from somewhere
+    double worth() const {
         double x = double(max[0] - min[0]), y = double(max[1] - min[1]), z = double(max[2] - min[2]);
         return x * y + y * z + z * x;
     }
@@ -25,15 +27,30 @@ struct GridBox {
 
 /// Edge balance: a surface without boundary has a winding number everywhere off itself.
 bool is_closed(const Scene& scene, const Object& object, const std::vector<std::uint32_t>& welded) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
+    struct Edge {
+        std::uint32_t low, high;
+        int balance;
+    };
+    std::vector<Edge> edges;
+    edges.reserve(3 * std::size_t(object.triangle_count));
     for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
         const TriangleIndices& triangle = scene.triangles()[object.first_triangle + t];
         for (std::size_t c = 0; c < 3; ++c) {
             std::uint32_t a = welded[triangle[c]], b = welded[triangle[(c + 1) % 3]];
-            balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+            edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
         }
     }
-    return std::all_of(balance.begin(), balance.end(), [](const auto& edge) { return edge.second == 0; });
+    std::sort(edges.begin(), edges.end(),
+              [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+    for (std::size_t i = 0; i < edges.size();) {
+        int balance = 0;
+        std::size_t first = i;
+        for (; i < edges.size() && edges[i].low == edges[first].low && edges[i].high == edges[first].high; ++i)
+            balance += edges[i].balance;
+        if (balance != 0)
+            return false;
+    }
+    return true;
 }
 
 Mesh mesh_of(const Scene& scene, const Object& object) {
@@ -55,26 +72,49 @@ Mesh mesh_of(const Scene& scene, const Object& object) {
     return mesh;
 }
 
-/// The bounds of a mesh cut into cells; a cell is free if no triangle touches it and it lies inside.
+/// Distinct coordinates of the vertices along one axis, ascending.
+std::vector<std::int64_t> coordinates(const Mesh& mesh, std::size_t axis) {
+    std::vector<std::int64_t> values;
+    for (const Triangle& triangle : mesh.triangles)
+        for (const Point& corner : triangle)
+            values.push_back(corner[axis]);
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    return values;
+}
+
+/// The bounds of a mesh cut into cells; a cell is free if it lies inside. Meshes made of few planes along the axes are
+/// cut at their own coordinates, others evenly.
 class Cells {
   public:
-    Cells(const Mesh& mesh, std::uint32_t resolution, bool any_winding) : mesh_(mesh) {
+    Cells(const Mesh& mesh, std::uint32_t resolution, bool any_winding) : mesh_(mesh), any_winding_(any_winding) {
         std::int64_t longest = 1;
         for (std::size_t k = 0; k < 3; ++k)
             longest = std::max(longest, mesh.max[k] - mesh.min[k]);
+        bool exact = true;
         for (std::size_t k = 0; k < 3; ++k) {
-            std::int64_t size = mesh.max[k] - mesh.min[k];
-            std::int64_t wanted = size * std::int64_t(resolution) / longest;
-            count_[k] = static_cast<int>(std::clamp<std::int64_t>(wanted, 3, resolution));
+            borders_[k] = coordinates(mesh, k);
+            exact = exact && borders_[k].size() <= resolution + 1;
         }
-        free_.assign(static_cast<std::size_t>(count_[0] * count_[1] * count_[2]), 1);
+        std::size_t cells = (borders_[0].size() - 1) * (borders_[1].size() - 1) * (borders_[2].size() - 1);
+        if (!exact || cells * mesh.triangles.size() > kMostCellTests)
+            for (std::size_t k = 0; k < 3; ++k)
+                cut_evenly(k, resolution, longest);
+        for (std::size_t k = 0; k < 3; ++k)
+            count_[k] = static_cast<int>(borders_[k].size()) - 1;
+        exact_ = exact && cells * mesh.triangles.size() <= kMostCellTests;
+        free_.assign(static_cast<std::size_t>(count_[0]) * static_cast<std::size_t>(count_[1]) *
+                         static_cast<std::size_t>(count_[2]), 1);
         for (const Triangle& triangle : mesh.triangles)
             mark_touched(triangle);
-        keep_inside(any_winding);
+        if (exact_)
+            keep_inside_each();
+        else
+            keep_inside();
     }
 
-    /// The free box of cells with the largest surface; worth 0 if there is none.
-    GridBox largest() const {
+    /// The free box of cells with the largest surface; worth 0 if there is none. Its cells are free no more.
+    GridBox take_largest() {
         GridBox best{};
         std::array<int, 3> low{}, high{};
         for (low[0] = 0; low[0] < count_[0]; ++low[0])
@@ -82,13 +122,29 @@ class Cells {
                 for (low[1] = 0; low[1] < count_[1]; ++low[1])
                     for (high[1] = low[1]; high[1] < count_[1]; ++high[1])
                         longest_run(low, high, best);
+        for (int k = 0; best.worth() > 0 && k < count_[2]; ++k)
+            for (int j = 0; j < count_[1]; ++j)
+                for (int i = 0; i < count_[0]; ++i)
+                    if (GridBox cell = cell_box({i, j, k}, {i, j, k}); holds(best, cell))
+                        free_[index(i, j, k)] = 0;
         return best;
     }
 
   private:
-    std::int64_t border(std::size_t axis, int cell) const {
-        return mesh_.min[axis] + (mesh_.max[axis] - mesh_.min[axis]) * cell / count_[axis];
+    static bool holds(const GridBox& outer, const GridBox& inner) {
+        for (std::size_t k = 0; k < 3; ++k)
+            if (inner.min[k] < outer.min[k] || inner.max[k] > outer.max[k])
+                return false;
+        return true;
     }
+    void cut_evenly(std::size_t axis, std::uint32_t resolution, std::int64_t longest) {
+        std::int64_t size = mesh_.max[axis] - mesh_.min[axis];
+        std::int64_t count = std::clamp<std::int64_t>(size * std::int64_t(resolution) / longest, 3, resolution);
+        borders_[axis].clear();
+        for (std::int64_t c = 0; c <= count; ++c)
+            borders_[axis].push_back(mesh_.min[axis] + size * c / count);
+    }
+    std::int64_t border(std::size_t axis, int cell) const { return borders_[axis][static_cast<std::size_t>(cell)]; }
     std::size_t index(int i, int j, int k) const {
         return static_cast<std::size_t>(i + count_[0] * (j + count_[1] * k));
     }
@@ -99,6 +155,10 @@ class Cells {
             box.max[axis] = border(axis, high[axis] + 1);
         }
         return box;
+    }
+    /// Too thin a cell has no point strictly inside.
+    static bool is_thick(const GridBox& box) {
+        return box.max[0] - box.min[0] > 2 && box.max[1] - box.min[1] > 2 && box.max[2] - box.min[2] > 2;
     }
 
     void mark_touched(const Triangle& triangle) {
@@ -116,13 +176,23 @@ class Cells {
                 for (int i = low[0]; i <= high[0]; ++i) {
                     char& cell = free_[index(i, j, k)];
                     GridBox box = cell_box({i, j, k}, {i, j, k});
-                    if (cell && touches(box.min, box.max, triangle))
+                    // Evenly cut cells keep off the surface: neighbours then share one winding number.
+                    if (cell && (!is_thick(box) || (exact_ ? enters(box.min, box.max, triangle)
+                                                           : touches(box.min, box.max, triangle))))
                         cell = 0;
                 }
     }
 
+    void keep_inside_each() {
+        for (int k = 0; k < count_[2]; ++k)
+            for (int j = 0; j < count_[1]; ++j)
+                for (int i = 0; i < count_[0]; ++i)
+                    if (free_[index(i, j, k)] && !is_inside(cell_box({i, j, k}, {i, j, k})).value_or(false))
+                        free_[index(i, j, k)] = 0;
+    }
+
     /// Face-connected free cells share one winding number; only those inside stay free.
-    void keep_inside(bool any_winding) {
+    void keep_inside() {
         std::vector<char> todo = free_;
         for (int k = 0; k < count_[2]; ++k)
             for (int j = 0; j < count_[1]; ++j)
@@ -142,25 +212,34 @@ class Cells {
                                 todo[index(next[0], next[1], next[2])] = 0;
                                 component.push_back(next);
                             }
-                    if (!is_inside(component, any_winding))
+                    if (!is_inside(component))
                         for (const std::array<int, 3>& cell : component)
                             free_[index(cell[0], cell[1], cell[2])] = 0;
                 }
     }
 
-    bool is_inside(const std::vector<std::array<int, 3>>& component, bool any_winding) const {
-        for (std::size_t i = 0; i < component.size() && i < 8; ++i) {
-            GridBox box = cell_box(component[i], component[i]);
-            // Any point will do; uneven shares keep the ray off the edges of regular meshes.
-            constexpr std::int64_t kShares[3] = {5, 4, 7};
+    bool is_inside(const std::vector<std::array<int, 3>>& component) const {
+        for (std::size_t i = 0; i < component.size() && i < 8; ++i)
+            if (std::optional<bool> inside = is_inside(cell_box(component[i], component[i])))
+                return *inside;
+        return false;
+    }
+
+    /// Nothing if no point could be decided.
+    std::optional<bool> is_inside(const GridBox& box) const {
+        // Any point will do; uneven shares keep the ray off the edges of regular meshes.
+        constexpr std::int64_t kShares[3][3] = {{5, 4, 7}, {6, 7, 3}, {3, 8, 5}};
+        for (const auto& shares : kShares) {
             Point inside;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                inside[axis] = box.min[axis] + (box.max[axis] - box.min[axis]) * kShares[axis] / 11;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                std::int64_t size = box.max[axis] - box.min[axis];
+                inside[axis] = box.min[axis] + std::clamp<std::int64_t>(size * shares[axis] / 11, 1, size - 1);
+            }
             int winding = 0;
             if (winding_number(inside, mesh_.triangles, winding))
-                return winding > 0 || (any_winding && winding != 0);
+                return winding > 0 || (any_winding_ && winding != 0);
         }
-        return false;
+        return {};
     }
 
     void longest_run(std::array<int, 3> low, std::array<int, 3> high, GridBox& best) const {
@@ -185,131 +264,93 @@ class Cells {
     }
 
     const Mesh& mesh_;
+    bool any_winding_, exact_ = false;
+    std::array<std::vector<std::int64_t>, 3> borders_;
     std::array<int, 3> count_{};
     std::vector<char> free_;
 };
 
-/// Pushes each face outward, by halving steps, as far as no triangle is touched: nothing that the box sweeps over
-/// on the way touches one either, so its winding number stays.
+/// Pushes each face outward while no triangle enters: nothing that the box sweeps over on the way does so either, hence
+/// its winding number stays. To a vertex's coordinate if that helps, else by halving steps.
 void grow(GridBox& box, const Mesh& mesh) {
     auto is_clear = [&](const GridBox& grown) {
         return std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
-                            [&](const Triangle& t) { return touches(grown.min, grown.max, t); });
+                            [&](const Triangle& t) { return enters(grown.min, grown.max, t); });
     };
-    for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!is_clear(box)) // a box of several cells with triangles between them
+        return;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::vector<std::int64_t> stops = coordinates(mesh, axis);
         for (bool upper : {false, true}) {
-            std::int64_t room = upper ? mesh.max[axis] - box.max[axis] : box.min[axis] - mesh.min[axis];
-            for (std::int64_t step = room / 2, i = 0; step > 0 && i < 8; step /= 2, ++i) {
+            auto face = [&](GridBox& b) -> std::int64_t& { return (upper ? b.max : b.min)[axis]; };
+            std::int64_t sign = upper ? 1 : -1;
+            auto try_at = [&](std::int64_t at) {
                 GridBox grown = box;
-                (upper ? grown.max : grown.min)[axis] += upper ? step : -step;
-                if (is_clear(grown))
-                    box = grown;
+                face(grown) = at;
+                if ((at - face(box)) * sign <= 0 || !is_clear(grown))
+                    return false;
+                box = grown;
+                return true;
+            };
+            std::size_t low = 0, high = stops.size(); // bisects for the farthest stop that is clear
+            while (low < high) {
+                std::size_t middle = (low + high) / 2;
+                std::int64_t at = upper ? stops[middle] : stops[stops.size() - 1 - middle];
+                bool ahead = (at - face(box)) * sign > 0;
+                if (!ahead || try_at(at))
+                    low = middle + 1;
+                else
+                    high = middle;
             }
+            std::int64_t room = upper ? mesh.max[axis] - box.max[axis] : box.min[axis] - mesh.min[axis];
+            for (std::int64_t step = room / 2, i = 0; step > 0 && i < 8; step /= 2, ++i)
+                try_at(face(box) + sign * step);
         }
+    }
 }
 
-int sign_of(Wide value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
+double half_surface(const Box3f& box) {
+    Vec3f size = box.size();
+    return double(size.x) * size.y + double(size.y) * size.z + double(size.z) * size.x;
+}
+
+/// Closed objects, the largest first.
+std::vector<std::uint32_t> closed_objects(const Scene& scene, const std::vector<std::uint32_t>& welded) {
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+        const Object& object = scene.objects()[o];
+        if (object.has(kOccludes) && object.triangle_count >= 4 && is_closed(scene, object, welded))
+            list.push_back(o);
+    }
+    std::stable_sort(list.begin(), list.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return half_surface(scene.objects()[a].bounds) > half_surface(scene.objects()[b].bounds);
+    });
+    return list;
+}
 
 } // namespace
-
-bool touches(const Point& min, const Point& max, const Triangle& triangle) {
-    // Twice the coordinates about the centre of the box, so that the centre is a whole number.
-    Point half;
-    Triangle t;
-    for (std::size_t k = 0; k < 3; ++k) {
-        half[k] = max[k] - min[k];
-        for (std::size_t c = 0; c < 3; ++c)
-            t[c][k] = 2 * triangle[c][k] - (min[k] + max[k]);
-    }
-    auto separates = [&](const Point& axis) {
-        Wide reach = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            reach += Wide(axis[k] < 0 ? -axis[k] : axis[k]) * half[k];
-        Wide a = grid::dot(axis, t[0]), b = grid::dot(axis, t[1]), c = grid::dot(axis, t[2]);
-        return std::min({a, b, c}) > reach || std::max({a, b, c}) < -reach;
-    };
-    for (std::size_t k = 0; k < 3; ++k) {
-        Point axis{};
-        axis[k] = 1;
-        if (separates(axis))
-            return false;
-    }
-    Point edges[3] = {grid::minus(t[1], t[0]), grid::minus(t[2], t[1]), grid::minus(t[0], t[2])};
-    if (separates(grid::cross(edges[0], edges[1])))
-        return false;
-    for (const Point& edge : edges)
-        for (std::size_t k = 0; k < 3; ++k) {
-            Point axis{};
-            axis[k] = 1;
-            if (separates(grid::cross(axis, edge)))
-                return false;
-        }
-    return true;
-}
-
-bool winding_number(const Point& point, const std::vector<Triangle>& surface, int& winding) {
-    winding = 0;
-    for (const Triangle& triangle : surface) {
-        // Where the ray passes in the (y, z) plane: left of all edges, right of all, or outside.
-        int sides[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const Point &a = triangle[c], &b = triangle[(c + 1) % 3];
-            sides[c] = sign_of(Wide(b[1] - a[1]) * (point[2] - a[2]) - Wide(b[2] - a[2]) * (point[1] - a[1]));
-        }
-        bool outside = (std::min({sides[0], sides[1], sides[2]}) < 0 && std::max({sides[0], sides[1], sides[2]}) > 0);
-        if (outside)
-            continue;
-        Point normal = grid::cross(grid::minus(triangle[1], triangle[0]), grid::minus(triangle[2], triangle[0]));
-        bool grazes = sides[0] == 0 || sides[1] == 0 || sides[2] == 0;
-        Wide height = grid::dot(normal, grid::minus(point, triangle[0]));
-        if (grazes) {
-            // Behind the point in x an edge does not matter.
-            if (std::max({triangle[0][0], triangle[1][0], triangle[2][0]}) < point[0])
-                continue;
-            bool beside = false; // on the line of an edge but beyond its ends
-            for (std::size_t k = 1; k < 3; ++k) {
-                auto [from, to] = std::minmax({triangle[0][k], triangle[1][k], triangle[2][k]});
-                beside = beside || point[k] < from || point[k] > to;
-            }
-            if (beside)
-                continue;
-            return false;
-        }
-        // Crossed ahead of the point iff the point lies on the side of the plane that looks towards -x.
-        int facing = sign_of(normal[0]);
-        if (sign_of(height) * facing < 0)
-            winding += facing;
-    }
-    return true;
-}
 
 InnerBoxes find_inner_boxes(const Scene& scene, const std::vector<std::uint32_t>& welded,
                             const OccluderOptions& options) {
     InnerBoxes result;
     if (!options.inner_boxes)
         return result;
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+    std::vector<std::uint32_t> solids = closed_objects(scene, welded);
+    result.closed_objects = solids.size();
+    solids.resize(std::min<std::size_t>(solids.size(), options.most_solids));
+    for (std::uint32_t o : solids) {
         const Object& object = scene.objects()[o];
-        if (!object.has(kOccludes) || object.triangle_count < 4 || !is_closed(scene, object, welded))
-            continue;
-        ++result.closed_objects;
-        if (object.triangle_count < 6 * options.inner_box_triangles)
-            continue;
         Mesh mesh = mesh_of(scene, object);
-        GridBox box = Cells(mesh, options.inner_box_resolution, object.has(kDoubleSided)).largest();
-        if (!(box.worth() > 0))
-            continue;
-        grow(box, mesh);
-        InnerBox inner;
-        inner.object = o;
-        for (int k = 0; k < 3; ++k) {
-            auto axis = static_cast<std::size_t>(k);
-            inner.box.min[k] = static_cast<float>(double(box.min[axis]) * scene.step());
-            inner.box.max[k] = static_cast<float>(double(box.max[axis]) * scene.step());
-            inner.shell.min[k] = static_cast<float>(double(mesh.min[axis]) * scene.step());
-            inner.shell.max[k] = static_cast<float>(double(mesh.max[axis]) * scene.step());
+        Cells cells(mesh, options.inner_box_resolution, object.has(kDoubleSided));
+        double first = 0;
+        for (std::uint32_t n = 0; n < options.boxes_per_solid; ++n) {
+            GridBox box = cells.take_largest();
+            if (!(box.worth() > 0) || box.worth() < 0.2 * first)
+                break;
+            first = std::max(first, box.worth());
+            grow(box, mesh);
+            result.boxes.push_back({box.min, box.max, mesh.min, mesh.max, o, object.triangle_count});
         }
-        result.boxes.push_back(inner);
     }
     return result;
 }

@@ -1,7 +1,7 @@
 // Boxes inside closed meshes: what hides as much as a detailed shell but costs six faces.
 #pragma once
 
-#include "occluder_finding/grid_geometry.hpp"
+#include "occluder_finding/inside_tests.hpp"
 
 #include <antumbra/occluder_finding.hpp>
 
@@ -9,10 +9,22 @@
 
 namespace antumbra {
 
+/// A box on the grid inside of what one object, or several together, enclose.
 struct InnerBox {
-    std::uint32_t object = 0;
-    Box3f box;   ///< local, on the grid
-    Box3f shell; ///< bounds of the mesh around it
+    grid::Point min, max;
+    grid::Point shell_min, shell_max; ///< bounds of the meshes around it
+    std::uint32_t object = 0;         ///< one of them
+    std::uint32_t triangles = 0;      ///< of the mesh around it; of several: how many there are, not their triangles
+    double worth() const { // half the surface: what it can hide from somewhere
+        double x = double(max[0] - min[0]), y = double(max[1] - min[1]), z = double(max[2] - min[2]);
+        return x * y + y * z + z * x;
+    }
+    bool holds(const InnerBox& other) const {
+        for (std::size_t k = 0; k < 3; ++k)
+            if (other.min[k] < min[k] || other.max[k] > max[k])
+                return false;
+        return true;
+    }
 };
 
 struct InnerBoxes {
@@ -20,18 +32,19 @@ struct InnerBoxes {
     std::uint64_t closed_objects = 0;
 };
 
-/// For objects that occlude, have enough triangles, and whose surface is a closed oriented one (every edge is run
-/// through equally often in both directions). A box is certified by two exact tests: no triangle touches it, and
-/// the winding number in it is positive (not zero for double-sided objects). Then every line of sight that enters
-/// the box from outside the mesh's bounds crosses a drawn front face before.
+/// For objects that occlude and whose surface is a closed oriented one (every edge is run through equally often in both
+/// directions), the `most_solids` largest of them: up to `boxes_per_solid` boxes each, largest first. A box is certified by
+/// two exact tests: no triangle enters it, or only such as part it into cells that all pass the second one; and the
+/// winding number in it is positive (not zero for double-sided objects). Then almost every line of sight that enters the
+/// box from outside the mesh's bounds crosses a drawn front face before, or there.
 InnerBoxes find_inner_boxes(const Scene& scene, const std::vector<std::uint32_t>& welded,
                             const OccluderOptions& options);
 
-/// Closed box min..max and triangle have a point in common. Exact for coordinates below 2^26.
-bool touches(const grid::Point& min, const grid::Point& max, const std::array<grid::Point, 3>& triangle);
-
-/// Winding number of a closed oriented surface at `point`; undecided (false) if the ray along +x grazes an edge.
-/// The surface must not contain the point.
-bool winding_number(const grid::Point& point, const std::vector<std::array<grid::Point, 3>>& surface, int& winding);
+/// Boxes that several boxes cover together, such as a row of houses up to its lowest roof: each box is grown along the
+/// axes, in every order, while those of `boxes` cover all of it (decided on whole numbers); what another result holds is left
+/// out, and so is what gains little over its best box or has a shell much larger than itself. The `most` largest. Each
+/// lies in the union of what encloses the boxes, so that the same holds for lines of sight from outside all of them. O(n
+/// log n) for boxes that overlap few others.
+std::vector<InnerBox> join_boxes(const std::vector<InnerBox>& boxes, std::uint32_t most);
 
 } // namespace antumbra

@@ -1,6 +1,7 @@
 #include "occluders/convex_groups.hpp"
 
 #include "base/bytes.hpp"
+#include "tree/bvh.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -12,9 +13,69 @@ namespace {
 constexpr double kCoplanar = 1 - 1e-6; ///< cosine between normals
 constexpr std::uint32_t kMostCorners = 8; ///< of a member: more planes cost more than they are worth
 
+constexpr double kMostShell = 2; ///< volume of a solid's shell over its own: else many a viewer cannot use the solid
+
+/// The inner solids that are boxes, found by what they hold.
+class InnerSolids {
+  public:
+    explicit InnerSolids(const OccluderSet& set) {
+        std::vector<Box3f> boxes(set.solids.size());
+        std::vector<double> area(set.solids.size(), 0);
+        for (const OccluderPolygon& polygon : set.polygons)
+            if (polygon.synthetic) {
+                area[polygon.solid] += polygon.area;
+                for (std::uint32_t v : set.loop(polygon))
+                    boxes[polygon.solid].extend(set.vertices[v]);
+            }
+        for (std::size_t s = 0; s < boxes.size(); ++s) {
+            if (boxes[s].empty() || set.solids[s].shell.empty())
+                continue;
+            Vec3d size = to_double(boxes[s]).size(), shell = to_double(set.solids[s].shell).size();
+            double surface = 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
+            // Only a box has the whole surface of its bounds.
+            if (std::abs(area[s] - surface) <= 1e-9 * surface &&
+                shell.x * shell.y * shell.z <= kMostShell * size.x * size.y * size.z)
+                boxes_.push_back(boxes[s]);
+        }
+        tree_ = build_bvh(boxes_, {.leaf_size = 4});
+    }
+
+    bool holds(const Box3f& box) const {
+        std::vector<std::uint32_t> todo;
+        if (!tree_.nodes.empty())
+            todo.push_back(0);
+        while (!todo.empty()) {
+            const BvhNode& node = tree_.nodes[todo.back()];
+            todo.pop_back();
+            if (!is_within(box, node.box))
+                continue;
+            if (!node.leaf()) {
+                todo.push_back(node.first);
+                todo.push_back(node.first + 1);
+                continue;
+            }
+            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+                if (is_within(box, boxes_[tree_.order[i]]))
+                    return true;
+        }
+        return false;
+    }
+
+  private:
+    static bool is_within(const Box3f& inner, const Box3f& outer) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(inner.min[axis] >= outer.min[axis] && inner.max[axis] <= outer.max[axis]))
+                return false;
+        return true;
+    }
+
+    std::vector<Box3f> boxes_;
+    Bvh tree_;
+};
+
 class Grower {
   public:
-    explicit Grower(const OccluderSet& set) : set_(set), taken_(set.polygons.size(), 0) {}
+    explicit Grower(const OccluderSet& set) : set_(set), solids_(set), taken_(set.polygons.size(), 0) {}
 
     ConvexGroups run(std::uint32_t most_groups) {
         std::vector<std::uint32_t> order(set_.polygons.size());
@@ -24,6 +85,8 @@ class Grower {
         });
         ConvexGroups result;
         for (std::uint32_t seed : order) {
+            if (!set_.polygons[seed].synthetic && solids_.holds(bounds_of(seed)))
+                continue; // what it hides the solid hides; it may still join others
             if (taken_[seed] || set_.polygons[seed].count > 4 * kMostCorners)
                 continue;
             if (result.groups.size() >= most_groups)
@@ -36,6 +99,13 @@ class Grower {
     }
 
   private:
+    Box3f bounds_of(std::uint32_t polygon) const {
+        Box3f box;
+        for (std::uint32_t v : set_.loop(set_.polygons[polygon]))
+            box.extend(set_.vertices[v]);
+        return box;
+    }
+
     void grow(std::uint32_t seed, ConvexGroups& result) {
         std::vector<std::uint32_t> members{seed};
         taken_[seed] = 1;
@@ -99,6 +169,7 @@ class Grower {
     }
 
     const OccluderSet& set_;
+    InnerSolids solids_;
     std::vector<char> taken_;
 };
 

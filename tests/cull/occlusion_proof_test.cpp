@@ -1,4 +1,5 @@
 #include "cull/proof.hpp"
+#include "support/make_scene.hpp"
 
 namespace antumbra {
 namespace {
@@ -45,6 +46,54 @@ TEST(OcclusionProof, random_soup_loses_no_line_of_sight) {
     }
     for (std::size_t m = 0; m < std::size(kMethods); ++m) {
         EXPECT_GT(counts[m].hidden * 20, counts[m].in_frustum) << kMethods[m] << " culls next to nothing";
+    }
+}
+
+/// Rows of houses that share walls, some of them cut finely, with things on and between them; eyes in the streets, within
+/// houses and just beside their walls.
+TEST(OcclusionProof, joined_houses_hide_nothing_that_is_seen) {
+    ProofCounts counts[std::size(kMethods)];
+    std::uint64_t joined = 0;
+    for (std::uint32_t trial = 0; trial < 24; ++trial) {
+        Random random(24, trial);
+        test::SceneMaker maker;
+        for (int row = 0; row < 4; ++row) {
+            double x = random.uniform(0, 4), z = row * 12.0;
+            for (int house = 0; house < 5; ++house) {
+                double width = 2 + random.below(6), height = 3 + random.below(8), depth = random.below(4) ? 4 : 5;
+                maker.object("house").box({x, 0, z}, {x + width, height, z + depth});
+                if (random.below(3) == 0) // a tower on it
+                    maker.box({x + 0.5, height, z + 1}, {x + width - 0.5, height + 2, z + 3});
+                maker.object("window").box({x + 0.5, 1, z + depth}, {x + 1.5, 2, z + depth + 0.125});
+                maker.object("thing").box({x, 0, z + depth + 2}, {x + 0.5, random.uniform(0.5, 9), z + depth + 2.5});
+                x += width + (random.below(5) == 0 ? 0.25 : 0);
+            }
+        }
+        Stage stage(maker.scene());
+        for (const OccluderPolygon& polygon : stage.occluders.polygons)
+            joined += polygon.synthetic;
+        for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+            auto culler = make(kMethods[m], stage);
+            ViewState state;
+            for (int f = 0; f < frames(); ++f) {
+                View view = test::random_view(random, {0, 0, 0}, 24);
+                if (random.below(2)) { // close to a wall
+                    const Box3f& box = stage.scene->objects()[random.below(std::uint32_t(stage.scene->objects().size()))].bounds;
+                    view.eye = to_double(box.corner(int(random.below(8)))) +
+                               Vec3d{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)} * 0.5;
+                    view.target = view.eye + Vec3d{random.uniform(-1, 1), random.uniform(-0.2, 0.2), random.uniform(-1, 1)};
+                    view.near_plane = random.uniform(0, 0.4);
+                }
+                if (problem_of(view) == nullptr)
+                    test::prove(stage, *culler, view, state, 24, 48, random, counts[m]);
+                if (HasFailure())
+                    FAIL() << "trial " << trial << " frame " << f;
+            }
+        }
+    }
+    EXPECT_GT(joined, 200u);
+    for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+        EXPECT_GT(counts[m].hidden * 10, counts[m].in_frustum) << kMethods[m] << " culls next to nothing";
     }
 }
 
