@@ -150,6 +150,7 @@ export class Answer {
     this.hidden = NONE;
     this.count = objectCount;
     this.everything = true;
+    this.hasBeenAsked = false;
     this.guarantee = "conservative";
   }
 
@@ -168,6 +169,7 @@ export class Answer {
     this.shown = shown ? instance.ids(lists.shown, shown) : NONE;
     this.hidden = hidden ? instance.ids(lists.hidden, hidden) : NONE;
     this.changed = shown + hidden > 0;
+    this.hasBeenAsked = true;
     this._ids = this._bits = null;
   }
 
