@@ -1,35 +1,8 @@
-// What a WebAssembly module needs besides the run time: memory that traps when there is none left, no way to print, and
-// the proof that structs lie where web/antumbra/src reads them.
+// What a WebAssembly module needs besides the run time: no way to print, and the proof that structs lie where
+// web/antumbra/src reads them.
 #include <antumbra/antumbra.h>
 
 #include <cstddef>
-#include <cstdlib>
-#include <new>
-
-/// 1 once memory ran out: the trap that follows is told from a broken promise by it.
-extern "C" int ant_wasm_out_of_memory = 0;
-
-namespace {
-
-void* or_trap(void* memory) {
-    if (!memory) {
-        ant_wasm_out_of_memory = 1;
-        __builtin_trap();
-    }
-    return memory;
-}
-
-} // namespace
-
-void* operator new(std::size_t size) { return or_trap(std::malloc(size ? size : 1)); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-    auto unit = static_cast<std::size_t>(alignment);
-    return or_trap(std::aligned_alloc(unit, (size + unit - 1) & ~(unit - 1)));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 // The library's own would print, for which a module would have to import a file system.
 extern "C" void abort() { __builtin_trap(); }

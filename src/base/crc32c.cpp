@@ -9,7 +9,11 @@ constexpr std::uint32_t kReversedPolynomial = 0x82F63B78u;
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 
 /// tables[k][b] is the CRC of byte b followed by k zero bytes ("slicing by eight", Kounavis and Berry 2005).
+#ifdef __wasm__
+Tables make_tables() { // where bytes are downloaded, 8 KB of tables are made when the module starts
+#else
 constexpr Tables make_tables() {
+#endif
     Tables tables{};
     for (std::uint32_t byte = 0; byte < 256; ++byte) {
         std::uint32_t crc = byte;
@@ -23,7 +27,11 @@ constexpr Tables make_tables() {
     return tables;
 }
 
+#ifdef __wasm__
+const Tables kTables = make_tables();
+#else
 constexpr Tables kTables = make_tables();
+#endif
 
 } // namespace
 

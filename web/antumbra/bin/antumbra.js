@@ -129,11 +129,12 @@ const COMMANDS = {
     if (values.fov !== undefined) question.fov = number(values.fov, "fov", 0.001, 179);
     if (values.aspect !== undefined) question.aspect = number(values.aspect, "aspect", 0.001, 1000);
     if (values.radius !== undefined) question.radius = number(values.radius, "radius", 0, 1e30);
-    const { cell, guarantee, everything, count, ids } = pvs.query(question);
+    const { guarantee, everything, count, ids, cell: found } = pvs.query(question);
+    const cell = found === -3 && pvs.info.grid ? pvs.cellAt(question.eye) : found;
     const objects = Array.from(ids, (id) => pvs.object(id));
     if (values.json)
       return {
-        cell,
+        cell: cell < 0 ? null : cell,
         guarantee,
         everything,
         count,
@@ -143,14 +144,24 @@ const COMMANDS = {
       ({ id, node, primitive, instance, name }) =>
         `${String(id).padStart(8)}  node ${node} primitive ${primitive} instance ${instance}  ${name}\n`,
     );
-    return `cell       ${cell}\nguarantee  ${guarantee}\nvisible    ${count} of ${pvs.info.objectCount} objects\n` + lines.join("");
+    return `cell       ${cell < 0 ? "none" : cell}\nguarantee  ${guarantee}\nvisible    ${count} of ${pvs.info.objectCount} objects\n` + lines.join("");
   },
 };
+
+/** "--eye -1,2,3" as "--eye=-1,2,3": a value may begin with a minus. */
+function withValues(argv) {
+  const joined = [];
+  for (let i = 0; i < argv.length; ++i) {
+    const takesValue = argv[i].startsWith("--") && OPTIONS[argv[i].slice(2)]?.type === "string" && i + 1 < argv.length;
+    joined.push(takesValue ? `${argv[i]}=${argv[++i]}` : argv[i]);
+  }
+  return joined;
+}
 
 async function run(argv) {
   let values, positionals;
   try {
-    ({ values, positionals } = parseArgs({ args: argv, options: OPTIONS, allowPositionals: true }));
+    ({ values, positionals } = parseArgs({ args: withValues(argv), options: OPTIONS, allowPositionals: true }));
   } catch (error) {
     throw new UsageError(error.message);
   }
