@@ -282,7 +282,8 @@ typedef struct ant_cull_input {
  * ANT_UNSUPPORTED. `error` as in ant_pvs_open_memory. Cost: O(n log n), about a microsecond per box or triangle. */
 ant_status ant_cull_scene_create(const ant_cull_input* input, ant_cull_scene** scene, char* error, size_t error_size);
 
-/* The scene that a file was baked from: its objects in their order. Does not need `pvs` afterwards. */
+/* The scene that a file was baked from: its objects in their order, and what `antumbra prepare` has put into the file
+ * (occluders, trees), checked. Does not need `pvs` afterwards. Errors: ANT_USAGE, ANT_CORRUPT. */
 ant_status ant_cull_scene_create_from_pvs(const ant_pvs* pvs, ant_cull_scene** scene, char* error, size_t error_size);
 
 /* NULL is allowed. Cullers made from it keep what they need. */

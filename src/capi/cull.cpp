@@ -200,15 +200,10 @@ ant_status ant_cull_scene_create_from_pvs(const ant_pvs* pvs, ant_cull_scene** s
         *scene = nullptr;
     if (!pvs || !scene)
         return answer({ErrorCode::usage, "ant_cull_scene_create_from_pvs: a needed pointer is NULL"}, error, error_size);
-    std::vector<Box3f> boxes(pvs->pvs.object_count());
-    std::vector<std::uint32_t> flags(boxes.size());
-    for (std::uint32_t o = 0; o < boxes.size(); ++o) {
-        antumbra::PvsObject object = pvs->pvs.object(o);
-        boxes[o] = object.bounds;
-        flags[o] = object.flags;
-    }
-    *scene = new ant_cull_scene{
-        antumbra::CullScene::create({.bounds = boxes, .flags = flags, .origin = pvs->pvs.origin(), .occluders = nullptr})};
+    Result<antumbra::CullScene> opened = antumbra::CullScene::open(pvs->pvs);
+    if (!opened)
+        return answer(opened.status(), error, error_size);
+    *scene = new ant_cull_scene{std::move(*opened)};
     return answer({}, error, error_size);
 }
 

@@ -80,8 +80,9 @@ class Grower {
     ConvexGroups run(std::uint32_t most_groups) {
         std::vector<std::uint32_t> order(set_.polygons.size());
         std::iota(order.begin(), order.end(), 0u);
-        std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return set_.polygons[a].area > set_.polygons[b].area;
+        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+            double left = set_.polygons[a].area, right = set_.polygons[b].area;
+            return left != right ? left > right : a < b;
         });
         ConvexGroups result;
         for (std::uint32_t seed : order) {
@@ -93,8 +94,9 @@ class Grower {
                 break;
             grow(seed, result);
         }
-        std::stable_sort(result.groups.begin(), result.groups.end(),
-                         [](const auto& a, const auto& b) { return a.area > b.area; });
+        std::sort(result.groups.begin(), result.groups.end(), [](const auto& a, const auto& b) {
+            return a.area != b.area ? a.area > b.area : a.first < b.first;
+        });
         return result;
     }
 

@@ -123,8 +123,9 @@ void group_occluders(OccluderSet& set, std::uint32_t most_polygons) {
     constexpr std::uint32_t kFree = 0xFFFFFFFFu;
     std::vector<std::uint32_t> by_area(set.polygons.size());
     std::iota(by_area.begin(), by_area.end(), 0u);
-    std::stable_sort(by_area.begin(), by_area.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return set.polygons[a].area > set.polygons[b].area;
+    std::sort(by_area.begin(), by_area.end(), [&](std::uint32_t a, std::uint32_t b) {
+        double left = set.polygons[a].area, right = set.polygons[b].area;
+        return left != right ? left > right : a < b;
     });
     std::vector<std::uint32_t> owner(set.polygons.size(), kFree), seen_by(set.polygons.size(), kFree);
     set.patches.clear();

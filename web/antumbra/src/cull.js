@@ -1,6 +1,6 @@
 // Culling from a point, each frame, without any bake: for scenes that change, or that nobody has baked.
 import { AntumbraError } from "./errors.js";
-import { guaranteeOf, Pvs } from "./pvs.js";
+import { guaranteeOf } from "./pvs.js";
 import { Answer, Instance, compile } from "./runtime.js";
 
 export { AntumbraError };
@@ -57,7 +57,7 @@ export class CullScene {
   constructor(instance, handle, pvs) {
     this._instance = instance;
     this._handle = handle;
-    this._pvs = pvs; // keeps the file in the same instance
+    this._pvs = pvs; // address of the opened file, or 0
     const at = instance.scratch;
     instance.view.setUint32(at, 12, true);
     instance.call("ant_cull_scene_describe", handle, at);
@@ -94,15 +94,19 @@ export class CullScene {
     view.setUint32(at + 56, sidesAt, true);
     instance.callWithText("ant_cull_scene_create", at, at + INPUT_BYTES);
     garbage.forEach((address) => instance.free(address));
-    return new CullScene(instance, instance.view.getUint32(at + INPUT_BYTES, true), null);
+    return new CullScene(instance, instance.view.getUint32(at + INPUT_BYTES, true), 0);
   }
 
   /** The scene of an opened file, which is copied: its objects in their order, and the occluders that it may bring. */
   static async fromPvs(pvs, options = {}) {
     const instance = await instantiate(options.simd);
-    const own = new Pvs(instance, pvs.bytes());
-    instance.callWithText("ant_cull_scene_create_from_pvs", own._handle, instance.scratch);
-    return new CullScene(instance, instance.view.getUint32(instance.scratch, true), own);
+    const bytes = pvs.bytes();
+    const file = instance.allocate(bytes.length), at = instance.scratch;
+    instance.u8.set(bytes, file); // stays: the method "pvs" asks it
+    instance.callWithText("ant_pvs_open_memory", file, bytes.length, at);
+    const handle = instance.view.getUint32(at, true);
+    instance.callWithText("ant_cull_scene_create_from_pvs", handle, at);
+    return new CullScene(instance, instance.view.getUint32(at, true), handle);
   }
 
   /** What createCuller() knows. */
@@ -141,7 +145,7 @@ export class Culler {
     if (options.rasterWidth !== undefined) view.setUint32(at + 8, options.rasterWidth, true);
     if (options.polygonBudget !== undefined) view.setUint32(at + 12, options.polygonBudget, true);
     if (options.pixelsPerPolygon !== undefined) view.setFloat32(at + 16, options.pixelsPerPolygon, true);
-    if (method === "pvs" && scene._pvs) view.setUint32(at + 20, scene._pvs._handle, true);
+    if (method === "pvs" && scene._pvs) view.setUint32(at + 20, scene._pvs, true);
     const nameAt = instance.allocate(name.length);
     instance.u8.set(name, nameAt);
     try {
