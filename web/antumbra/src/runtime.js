@@ -135,6 +135,13 @@ export class Instance {
 
 const NONE = new Uint32Array(0);
 
+/** That many ones. */
+function packed(count) {
+  const bytes = new Uint8Array(Math.ceil(count / 8)).fill(255);
+  if (count % 8) bytes[bytes.length - 1] = (1 << count % 8) - 1;
+  return bytes;
+}
+
 /** The answer to a question, live: it changes with the next one. Shared by views of files and of cull scenes. */
 export class Answer {
   constructor(instance, functions, handle, objectCount) {
@@ -175,6 +182,7 @@ export class Answer {
 
   get ids() {
     if (this._ids) return this._ids;
+    if (!this.hasBeenAsked) return Uint32Array.from({ length: this.objectCount }, (_, id) => id);
     const { _instance: instance, _lists: lists } = this;
     instance.call(this._functions.ids, this._handle, lists.visible, lists.count, instance.scratch);
     return (this._ids = instance.ids(lists.visible, instance.view.getUint32(instance.scratch, true)));
@@ -182,6 +190,7 @@ export class Answer {
 
   get bits() {
     if (this._bits) return this._bits;
+    if (!this.hasBeenAsked) return packed(this.objectCount);
     const { _instance: instance, _lists: lists } = this;
     instance.call(this._functions.bits, this._handle, lists.visible, lists.count * 4, instance.scratch);
     const bytes = instance.view.getUint32(instance.scratch, true);
