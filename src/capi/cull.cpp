@@ -188,7 +188,10 @@ ant_status ant_cull_scene_create(const ant_cull_input* input, ant_cull_scene** s
         return answer({ErrorCode::usage, std::string("ant_cull_scene_create: ") + problem}, error, error_size);
     std::vector<Box3f> boxes = local_boxes(*input);
     antumbra::OccluderSet set = occluders(*input);
-    antumbra::CullSceneInput made{.bounds = boxes, .flags = {}, .origin = vector(input->origin), .occluders = &set};
+    antumbra::CullSceneInput made;
+    made.bounds = boxes;
+    made.origin = vector(input->origin);
+    made.occluders = &set;
     if (input->flags)
         made.flags = {input->flags, input->object_count};
     *scene = new ant_cull_scene{antumbra::CullScene::create(made)};
