@@ -60,12 +60,10 @@ struct RasterState : ViewState::Storage {
 
 constexpr std::uint16_t kIdle = 24; ///< frames that a patch may hide nothing; then it rests
 constexpr std::uint16_t kRest = 48; ///< frames until it is tried again
-constexpr std::uint32_t kTrials = 256; ///< polygons of patches on trial that a frame draws: jumps are not to cost much
 
 struct MaskedState final : RasterState {
     TileBuffer buffer;
     std::uint16_t frame = 0;
-    std::uint32_t on_trial = 0; ///< polygons in this frame
     std::vector<std::uint16_t> hid, tried; ///< per patch: the frame in which it last hid something, or its trial began
 
     void begin_frame(std::size_t patches) {
@@ -75,17 +73,15 @@ struct MaskedState final : RasterState {
             frame = kIdle + 2 * kRest; // nobody has been tried
         }
         ++frame;
-        on_trial = 0;
     }
     /// Patches that have hidden nothing for a while, or nothing that others did not hide, rest.
-    bool is_worth_a_try(std::uint32_t patch, std::uint32_t polygons) {
+    bool is_worth_a_try(std::uint32_t patch) {
         if (static_cast<std::uint16_t>(frame - hid[patch]) <= kIdle)
             return true;
         auto since_trial = static_cast<std::uint16_t>(frame - tried[patch]);
         bool rested = since_trial > kRest + patch % 16; // not all on the same frame
-        if ((!rested && since_trial > 1) || on_trial + polygons > kTrials)
+        if (!rested && since_trial > 1)
             return false;
-        on_trial += polygons;
         if (rested)
             tried[patch] = frame;
         return true;
@@ -188,8 +184,7 @@ class Masked final : public RasterCuller {
             return pixels >= culler.options_.pixels_per_polygon * squared_distance;
         }
         void patch(std::uint32_t patch) {
-            std::uint32_t polygons = culler.scene_.data().patches.store.patches[patch].polygon_count;
-            if (!culler.is_worth_drawing(patch, screen) || !state.is_worth_a_try(patch, polygons) ||
+            if (!culler.is_worth_drawing(patch, screen) || !state.is_worth_a_try(patch) ||
                 !culler.draw(patch, screen, start, state, result.counters))
                 return;
             state.buffer.merge(state.coverage, patch);
