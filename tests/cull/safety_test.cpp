@@ -312,6 +312,26 @@ TEST(Safety, no_occluders_or_none_allowed_means_frustum_only_and_says_so) {
     }
 }
 
+TEST(Safety, methods_without_occluders_cull_by_the_frustum_and_says_why) {
+    Builder b;
+    b.wall(-4, 4, -4, 4, -4, kDoubleSided); // seen, but hides nothing
+    std::uint32_t thing = b.wall(-1, 1, -1, 1, -6, kDoubleSided), behind = b.wall(-1, 1, -1, 1, 6, kDoubleSided);
+    Result<Scene> made = Scene::create(b.raw);
+    View view = looking(made->to_local({0, 0, 0}));
+    Stage stage(std::move(*made));
+    for (const char* method : kMethods) {
+        ViewState state;
+        CullResult result;
+        (*make_culler(method, stage.cull_scene))->cull(view, state, result);
+        EXPECT_TRUE(result.is_visible(thing)) << method;
+        if (std::string_view(method).substr(0, 4) != "tree") { // they draw what is cheap without any test
+            EXPECT_FALSE(result.is_visible(behind)) << method;
+        }
+        EXPECT_NE(std::string_view(result.reason).find("no occluders"), std::string_view::npos) << method;
+        EXPECT_EQ(result.counters.occluders_used, 0u) << method;
+    }
+}
+
 TEST(Safety, reversed_z_changes_nothing_and_a_far_plane_only_cuts) {
     Builder b;
     b.wall(-4, 4, -4, 4, -4);
