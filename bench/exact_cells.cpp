@@ -107,8 +107,12 @@ void run(const Setup& setup, const Options& options) {
     std::vector<GridBox> cells = choose_cells(*scene, tree, tracer, setup, options.cells, options.seed);
     CellOptions cell_options = options.cell;
     std::vector<ByEffective> by_effective(1000);
+    ByEffective by_kind[2][3];
     if (options.queries)
         cell_options.observer = [&](const QueryRecord& record) {
+            ByEffective& kind = by_kind[record.box][static_cast<std::size_t>(record.answer)];
+            ++kind.count;
+            kind.seconds += record.seconds;
             ByEffective& bin = by_effective[std::min<std::size_t>(record.effective, by_effective.size() - 1)];
             ++bin.count;
             bin.seconds += record.seconds;
@@ -130,7 +134,7 @@ void run(const Setup& setup, const Options& options) {
         std::uint64_t sampled = counters.sampler.uniform + counters.sampler.guided;
         std::fprintf(stderr,
                      "  %.2f s, visible %llu (first sampled %llu, aimed %llu, mutated %llu, extended %llu), rays %llu, boxes %llu "
-                     "(hidden %llu, by ray %llu), triangles %llu (hidden %llu), pairs %llu (+%llu handed down), pieces %llu, "
+                     "(hidden %llu, by ray %llu), triangles %llu (hidden %llu), pairs %llu (+%llu handed down), windows %llu (hidden %llu), pieces %llu, "
                      "effective mean %.1f most %u, undecided %llu\n",
                      seconds, (unsigned long long)visible, (unsigned long long)sampled,
                      (unsigned long long)counters.sampler.aimed, (unsigned long long)counters.sampler.mutated,
@@ -138,7 +142,8 @@ void run(const Setup& setup, const Options& options) {
                      (unsigned long long)counters.box_queries, (unsigned long long)counters.boxes_hidden,
                      (unsigned long long)counters.boxes_by_ray, (unsigned long long)counters.triangle_queries,
                      (unsigned long long)counters.triangles_hidden, (unsigned long long)counters.pairs,
-                     (unsigned long long)counters.pairs_handed_down, (unsigned long long)counters.query.pieces,
+                     (unsigned long long)counters.pairs_handed_down, (unsigned long long)counters.windows,
+                     (unsigned long long)counters.windows_hidden, (unsigned long long)counters.query.pieces,
                      (double)counters.effective / (double)std::max<std::uint64_t>(1, counters.with_effective),
                      counters.most_effective, (unsigned long long)counters.undecided);
         sum += seconds;
@@ -170,6 +175,13 @@ void run(const Setup& setup, const Options& options) {
         }
     if (!options.queries)
         return;
+    for (int box = 0; box < 2; ++box)
+        for (std::size_t answer = 0; answer < 3; ++answer)
+            std::fprintf(stderr, "  %s %s: %llu queries, %.2f s\n", box ? "boxes" : "triangles",
+                         answer == 0   ? "hidden"
+                         : answer == 1 ? "visible"
+                                       : "undecided",
+                         (unsigned long long)by_kind[box][answer].count, by_kind[box][answer].seconds);
     // Least squares on logarithms, over bins of at least five queries (as in the paper), from one occluder up.
     double sx = 0, sy = 0, sxx = 0, sxy = 0, weight = 0;
     if (std::FILE* file = std::fopen(options.queries, "a")) {
@@ -226,6 +238,12 @@ int main(int argc, char** argv) {
             cell.box_pieces = static_cast<std::uint32_t>(std::atoi(value()));
         else if (is("--no-between"))
             cell.sample_between = false;
+        else if (is("--no-windows"))
+            cell.windows = false;
+        else if (is("--window-pieces"))
+            cell.window_pieces = static_cast<std::uint32_t>(std::atoi(value()));
+        else if (is("--rays-at-box"))
+            cell.rays_at_box = static_cast<std::uint32_t>(std::atoi(value()));
         else if (is("--no-virtual"))
             cell.virtual_occluders = false;
         else if (is("--no-patches"))

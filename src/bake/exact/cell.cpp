@@ -11,7 +11,7 @@
 namespace antumbra::exact {
 namespace {
 
-constexpr std::uint32_t kRaysAtBox = 6, kRaysAtTriangle = 4, kRaysAfterWitness = 64;
+constexpr std::uint32_t kRaysAtTriangle = 4, kRaysAfterWitness = 64;
 
 double thread_seconds() {
     timespec now{};
@@ -45,6 +45,55 @@ bool is_flat_across(const GridBox& box, int axis) {
     return box.min[b] == box.max[b] || box.min[c] == box.max[c];
 }
 
+/// value * a / b for b > 0, rounded away from zero.
+std::int64_t scaled_outward(std::int64_t value, std::int64_t a, std::int64_t b) {
+    Int128 product = static_cast<Int128>(value) * a;
+    return static_cast<std::int64_t>(product >= 0 ? (product + b - 1) / b : -((-product + b - 1) / b));
+}
+
+/// Two rectangles across an axis along which two boxes are apart, `leave` in the plane of the face of `a` that looks at
+/// `b`, and `arrive` in that of the face of `b` that looks at `a`, both with their fronts between: every line from a to b
+/// crosses both.
+struct Windows {
+    int axis = -1; ///< -1: the boxes touch or overlap
+    std::array<GridPoint, 4> leave, arrive;
+
+    Windows(const GridBox& a, const GridBox& b) {
+        std::int64_t gap = 0;
+        int side = 0;
+        for (int k = 0; k < 3; ++k)
+            for (int up = 0; up < 2; ++up)
+                if (std::int64_t here = up ? b.min[k] - a.max[k] : a.min[k] - b.max[k]; here > gap) {
+                    gap = here;
+                    axis = k;
+                    side = up;
+                }
+        if (axis < 0)
+            return;
+        leave = face_of(widened(a, b, gap), axis, side);
+        arrive = face_of(widened(b, a, gap), axis, 1 - side);
+    }
+
+  private:
+    /// Across the axis, `from` grown to what lines to `to` can cross in the plane of the face of `from` towards it:
+    /// p + (q - p) t for t at most depth / (depth + gap).
+    GridBox widened(const GridBox& from, const GridBox& to, std::int64_t gap) const {
+        GridBox out = from;
+        std::int64_t depth = from.max[axis] - from.min[axis];
+        for (int k = 0; k < 3; ++k) {
+            if (k == axis)
+                continue;
+            if (to.max[k] > from.max[k])
+                out.max[k] += scaled_outward(to.max[k] - from.max[k], depth, depth + gap);
+            if (to.min[k] < from.min[k])
+                out.min[k] += scaled_outward(to.min[k] - from.min[k], depth, depth + gap);
+            if (out.min[k] == out.max[k])
+                ++out.max[k]; // a rectangle has an area
+        }
+        return out;
+    }
+};
+
 /// Signs of the plane of a triangle over the corners of a box: is some corner in front, is some behind?
 struct SidesOfBox {
     bool front = false, back = false;
@@ -69,6 +118,8 @@ void CellCounters::add(const CellCounters& other) {
     triangle_queries += other.triangle_queries;
     triangles_hidden += other.triangles_hidden;
     pairs += other.pairs;
+    windows += other.windows;
+    windows_hidden += other.windows_hidden;
     pairs_handed_down += other.pairs_handed_down;
     reused += other.reused;
     boxes_given_up += other.boxes_given_up;
@@ -104,7 +155,11 @@ struct CellSolver::State {
 
     bool cancelled() const { return cancel && cancel->load(std::memory_order_relaxed); }
     void begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count);
-    QueryResult ask(int from, std::span<const GridPoint> t, std::uint64_t key, bool box);
+    QueryResult ask(std::span<const GridPoint> s, int from, std::span<const GridPoint> t, std::uint64_t key, bool box);
+    QueryResult ask(int from, std::span<const GridPoint> t, std::uint64_t key, bool box) {
+        return ask(face_of(cell, from / 2, from % 2), from, t, key, box);
+    }
+    QueryResult ask_windows(const Windows& windows, std::uint64_t key);
     Answer ask_box(std::uint32_t node);
     Answer ask_triangle(std::uint32_t triangle, Witness* witness);
     void extend(const Witness& witness);
@@ -141,10 +196,12 @@ void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bi
     sampler.begin(box, mix_bits(options.seed), count.sampler);
 }
 
-QueryResult CellSolver::State::ask(int from, std::span<const GridPoint> t, std::uint64_t key, bool box) {
+/// `from`: the face of the cell that s is; -1: none.
+QueryResult CellSolver::State::ask(std::span<const GridPoint> s, int from, std::span<const GridPoint> t,
+                                   std::uint64_t key, bool box) {
     QueryOptions q;
     q.rays = options.rays;
-    q.max_pieces = box ? options.box_pieces : options.max_pieces;
+    q.max_pieces = !box ? options.max_pieces : from < 0 ? options.window_pieces : options.box_pieces;
     q.filtered = options.filtered;
     q.patches = options.patches;
     q.form = options.form;
@@ -154,7 +211,7 @@ QueryResult CellSolver::State::ask(int from, std::span<const GridPoint> t, std::
     q.seed = mix_bits(options.seed + mix_bits(key));
     double start = options.observer ? thread_seconds() : 0;
     occluders.start_from(options.virtual_occluders ? from : -1);
-    QueryResult result = query.run(face_of(cell, from / 2, from % 2), t, occluders, q);
+    QueryResult result = query.run(s, t, occluders, q);
     ++counters->pairs;
     counters->query.add(result.counters);
     counters->effective += result.effective;
@@ -166,11 +223,24 @@ QueryResult CellSolver::State::ask(int from, std::span<const GridPoint> t, std::
     return result;
 }
 
+/// One query instead of up to nine: if all lines between the two windows are blocked, then so are all from the cell to
+/// the box. If not, nothing is proved: some lines between the windows do not come from the cell, or miss the box.
+QueryResult CellSolver::State::ask_windows(const Windows& windows, std::uint64_t key) {
+    ++counters->windows;
+    QueryResult result = ask(windows.leave, -1, windows.arrive, key, true);
+    counters->windows_hidden += result.answer == Answer::hidden;
+    return result;
+}
+
 /// Does any line from the cell reach the box? Over all pairs of faces that look at each other.
 Answer CellSolver::State::ask_box(std::uint32_t n) {
     const GridBox& box = tree.nodes()[n].box;
     std::uint32_t parent = tree.parents()[n];
     ++counters->box_queries;
+    if (Windows windows(cell, box); options.windows && windows.axis >= 0) {
+        if (ask_windows(windows, std::uint64_t(n) * 64 + 63).answer == Answer::hidden)
+            return Answer::hidden;
+    }
     Answer answer = Answer::hidden;
     for (int from = 0; from < 6; ++from) {
         if (!reaches_beyond(box, cell, from / 2, from % 2))
@@ -241,6 +311,8 @@ void CellSolver::State::extend(const Witness& witness) {
     for (int k = 0; k < 3; ++k) // rounding may have moved it out of the cell
         if (!(p[k] >= static_cast<double>(cell.min[k]) && p[k] <= static_cast<double>(cell.max[k])))
             return;
+    if (options.sample_between)
+        sampler.mark_line(p, witness.near_q);
     Vec3d eye = tree.to_local(p), toward = tree.to_local(witness.near_q);
     hits.clear();
     tracer.seen({eye, tree.to_local(d)}, hits);
@@ -318,7 +390,7 @@ bool CellSolver::State::open(std::uint32_t n) {
         return false;
     if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= 1)
         return true;
-    if (options.sample_between && sampler.aim_at_box(node.box, kRaysAtBox)) {
+    if (options.sample_between && (sampler.reached(n) || sampler.aim_at_box(n, options.rays_at_box))) {
         ++counters->boxes_by_ray;
         return !seen.all_seen(n);
     }

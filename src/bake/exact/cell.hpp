@@ -28,7 +28,10 @@ struct CellOptions {
     std::uint32_t rays = 2;             ///< random lines per pair of faces, before any polytope (published form: 200)
     std::uint32_t max_pieces = 20000;   ///< budget of one query; beyond it the answer is visible and counted
     std::uint32_t box_pieces = 20000;   ///< the same for boxes; beyond it the box is opened
+    std::uint32_t window_pieces = 32;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
+    std::uint32_t rays_at_box = 16;     ///< of sample_between
     bool virtual_occluders = true;      ///< false only to measure what they are worth
+    bool windows = true;                ///< one query through two windows before the pairs of faces of a box
     bool patches = true;                ///< connected surfaces as single occluders; false only to measure
     bool filtered = true;               ///< false: the oracle
     ExactForm form = ExactForm::fast;
@@ -43,6 +46,7 @@ struct CellCounters {
     std::uint64_t box_queries = 0, boxes_hidden = 0, triangle_queries = 0, triangles_hidden = 0;
     std::uint64_t boxes_by_ray = 0;      ///< opened because a ray came in
     std::uint64_t pairs = 0;             ///< pairs of faces asked for
+    std::uint64_t windows = 0, windows_hidden = 0; ///< boxes asked for through two windows
     std::uint64_t pairs_handed_down = 0; ///< answered by the hidden face of a parent box that holds the target's
     std::uint64_t reused = 0;            ///< published form: targets that lie outside all open lines of their parent box
     std::uint64_t boxes_given_up = 0;    ///< opened because a budget ran out

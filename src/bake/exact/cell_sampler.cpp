@@ -13,6 +13,9 @@ Vec3d to_vector(const GridPoint& p) {
 /// How far past an edge a ray is aimed, as a share of the triangle's size.
 constexpr double kPastEdge[2] = {0.05, 0.6};
 
+/// Of the rays that look around, one in so many marks the boxes that it reaches.
+constexpr std::uint32_t kMarkEvery = 4;
+
 Vec3d unit_direction(Random& random) {
     for (;;) {
         Vec3d v{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
@@ -25,12 +28,16 @@ Vec3d unit_direction(Random& random) {
 } // namespace
 
 CellSampler::CellSampler(const SceneTree& tree, const Tracer& tracer, SeenUnits& seen)
-    : tree_(tree), tracer_(tracer), scene_(tree.scene()), arbiter_(tracer), seen_(seen) {}
+    : tree_(tree), tracer_(tracer), scene_(tree.scene()), arbiter_(tracer), seen_(seen),
+      reached_(tree.nodes().size(), 0), eye_(tree.nodes().size()) {}
 
 void CellSampler::begin(const GridBox& cell, std::uint64_t seed, SamplerCounters& counters) {
     cell_ = {tree_.to_local(to_vector(cell.min)), tree_.to_local(to_vector(cell.max))};
     random_ = Random(seed, 0x7261797356697369u);
     counters_ = &counters;
+    for (std::uint32_t n : touched_)
+        reached_[n] = 0;
+    touched_.clear();
     leads_.clear();
     next_lead_ = 0;
 }
@@ -61,13 +68,58 @@ double CellSampler::cast(const Vec3d& eye, const Vec3d& direction, Kind kind) {
     return hit.t;
 }
 
+/// Marks the nodes whose boxes the ray enters before it ends.
+void CellSampler::mark(const Vec3d& eye, const Vec3d& direction, double end) {
+    double scale = 1 / tree_.scene().step();
+    Vec3d p = eye * scale, d = direction * scale, inverse{1 / d.x, 1 / d.y, 1 / d.z};
+    stack_.assign(1, 0);
+    while (!stack_.empty()) {
+        std::uint32_t n = stack_.back();
+        stack_.pop_back();
+        const SceneTree::Node& node = tree_.nodes()[n];
+        double first = 0, last = end;
+        for (int k = 0; k < 3; ++k) {
+            double low = static_cast<double>(node.box.min[k]) - p[k], high = static_cast<double>(node.box.max[k]) - p[k];
+            if (d[k] == 0) {
+                if (low > 0 || high < 0)
+                    last = -1;
+                continue;
+            }
+            double a = low * inverse[k], b = high * inverse[k];
+            first = std::max(first, std::min(a, b));
+            last = std::min(last, std::max(a, b));
+        }
+        if (!(first < last) || node.count <= 1)
+            continue;
+        if (!reached_[n]) {
+            reached_[n] = 1;
+            eye_[n] = {static_cast<float>(eye.x), static_cast<float>(eye.y), static_cast<float>(eye.z)};
+            touched_.push_back(n);
+        }
+        if (node.children != 0) {
+            stack_.push_back(node.children);
+            stack_.push_back(node.children + 1);
+        }
+    }
+}
+
+void CellSampler::mark_line(const Vec3d& eye, const Vec3d& at) {
+    Vec3d from = tree_.to_local(eye), direction = tree_.to_local(at) - from;
+    hits_.clear();
+    Hit hit = tracer_.seen({from, direction}, hits_);
+    mark(from, direction, std::max(1.0, hit.t));
+}
+
 void CellSampler::look_around(std::uint32_t rays) {
     constexpr std::uint32_t kPerEye = 16; // rays from one eye share the top of the tree in the caches
     Vec3d eye;
     for (std::uint32_t r = 0; r < rays; ++r) {
         if (r % kPerEye == 0)
             eye = random_eye();
-        cast(eye, unit_direction(random_), Kind::uniform);
+        Vec3d direction = unit_direction(random_);
+        double end = cast(eye, direction, Kind::uniform);
+        if (r % kMarkEvery == 0)
+            mark(eye, direction, end);
     }
 }
 
@@ -134,10 +186,18 @@ bool CellSampler::aim_at_triangle(std::uint32_t triangle, std::uint32_t rays) {
     return seen_.seen(unit);
 }
 
-bool CellSampler::aim_at_box(const GridBox& box, std::uint32_t rays) {
+bool CellSampler::aim_at_box(std::uint32_t node, std::uint32_t rays) {
+    const GridBox& box = tree_.nodes()[node].box;
     Vec3d low = tree_.to_local(to_vector(box.min)), high = tree_.to_local(to_vector(box.max));
-    for (std::uint32_t r = 0; r < rays; ++r) {
+    std::uint32_t parent = tree_.parents()[node];
+    for (std::uint32_t r = 0; r < rays && !reached_[node]; ++r) {
         Vec3d eye = random_eye(), at;
+        if (r % 2 == 0 && reached_[parent]) // near the eye that reached the box around it
+            for (int k = 0; k < 3; ++k) {
+                double mix = random_.uniform();
+                eye[k] = std::clamp(static_cast<double>(eye_[parent][k]) + (eye[k] - static_cast<double>(eye_[parent][k])) * mix * mix * mix,
+                                    cell_.min[k], cell_.max[k]);
+            }
         for (int k = 0; k < 3; ++k)
             at[k] = random_.uniform(low[k], high[k]);
         Vec3d direction = at - eye;
@@ -150,10 +210,10 @@ bool CellSampler::aim_at_box(const GridBox& box, std::uint32_t rays) {
             double a = (low[k] - eye[k]) / direction[k], b = (high[k] - eye[k]) / direction[k];
             enters = std::max(enters, std::min(a, b));
         }
-        if (cast(eye, direction, Kind::aimed) > enters)
-            return true;
+        if (double end = cast(eye, direction, Kind::aimed); end > enters)
+            mark(eye, direction, end);
     }
-    return false;
+    return reached_[node];
 }
 
 } // namespace antumbra::exact

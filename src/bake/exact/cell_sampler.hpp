@@ -36,7 +36,11 @@ class CellSampler {
     /// Rays from the cell at a triangle that is not seen. True: its unit is seen now.
     bool aim_at_triangle(std::uint32_t triangle, std::uint32_t rays);
     /// Rays from the cell at a box. True: one came in, as far as doubles can tell (no proof).
-    bool aim_at_box(const GridBox& box, std::uint32_t rays);
+    bool aim_at_box(std::uint32_t node, std::uint32_t rays);
+    /// Did some ray come into this node's box, as far as doubles can tell? To open a box needs no proof.
+    bool reached(std::uint32_t node) const { return reached_[node] != 0; }
+    /// An unblocked line from `eye` to `at` (grid coordinates), and as far beyond as a ray gets: marks what it reaches.
+    void mark_line(const Vec3d& eye, const Vec3d& at);
 
   private:
     enum class Kind : std::uint8_t { uniform, guided, mutated, aimed };
@@ -48,6 +52,7 @@ class CellSampler {
     };
     Vec3d random_eye();
     double cast(const Vec3d& eye, const Vec3d& direction, Kind kind);
+    void mark(const Vec3d& eye, const Vec3d& direction, double end);
     void follow_edges(const Lead& lead);
 
     const SceneTree& tree_;
@@ -61,6 +66,9 @@ class CellSampler {
     std::vector<Lead> leads_;
     std::size_t next_lead_ = 0;
     std::vector<std::uint32_t> hits_;
+    std::vector<std::uint8_t> reached_; ///< per node
+    std::vector<Vec3f> eye_;            ///< per node reached: from where, local
+    std::vector<std::uint32_t> touched_, stack_;
 };
 
 } // namespace antumbra::exact
