@@ -182,6 +182,18 @@ void run(const Setup& setup, const Options& options) {
                          : answer == 1 ? "visible"
                                        : "undecided",
                          (unsigned long long)by_kind[box][answer].count, by_kind[box][answer].seconds);
+    const ArithmeticCounters& a = total.query.arithmetic;
+    std::fprintf(stderr, "  signs %llu small %llu residue %llu exact %llu; quadric %llu undecided %llu; side %llu undecided %llu; "
+                 "exact vertices %llu forced %llu; prisms %llu hulls %llu; splits %llu crossing %llu known %llu pieces %llu pairs %llu single %llu random %llu patches %llu of %llu exactw %llu retries %llu\n",
+                 (unsigned long long)a.signs, (unsigned long long)a.signs_small, (unsigned long long)a.signs_residue,
+                 (unsigned long long)a.signs_exact, (unsigned long long)a.quadric_signs, (unsigned long long)a.quadric_undecided,
+                 (unsigned long long)a.side_signs, (unsigned long long)a.side_undecided, (unsigned long long)a.exact_vertices,
+                 (unsigned long long)a.forced_vertices, (unsigned long long)total.query.prisms, (unsigned long long)total.query.hulls,
+                 (unsigned long long)total.query.splits, (unsigned long long)total.query.crossing_tests,
+                 (unsigned long long)total.query.known, (unsigned long long)total.query.pieces, (unsigned long long)total.query.pairs,
+                 (unsigned long long)total.query.single_cover, (unsigned long long)total.query.random_witness,
+                 (unsigned long long)total.query.patches_proved, (unsigned long long)total.query.patches_tried,
+                 (unsigned long long)total.query.exact_witnesses, (unsigned long long)total.query.witness_retries);
     // Least squares on logarithms, over bins of at least five queries (as in the paper), from one occluder up.
     double sx = 0, sy = 0, sxx = 0, sxy = 0, weight = 0;
     if (std::FILE* file = std::fopen(options.queries, "a")) {

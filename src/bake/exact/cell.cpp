@@ -238,8 +238,11 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
     std::uint32_t parent = tree.parents()[n];
     ++counters->box_queries;
     if (Windows windows(cell, box); options.windows && windows.axis >= 0) {
-        if (ask_windows(windows, std::uint64_t(n) * 64 + 63).answer == Answer::hidden)
+        QueryResult result = ask_windows(windows, std::uint64_t(n) * 64 + 63);
+        if (result.answer == Answer::hidden)
             return Answer::hidden;
+        if (result.answer == Answer::visible && options.sample_between && sampler.try_line(result.witness.near_p, result.witness.near_q, n))
+            return Answer::visible;
     }
     Answer answer = Answer::hidden;
     for (int from = 0; from < 6; ++from) {

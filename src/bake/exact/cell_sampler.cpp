@@ -110,6 +110,28 @@ void CellSampler::mark_line(const Vec3d& eye, const Vec3d& at) {
     mark(from, direction, std::max(1.0, hit.t));
 }
 
+bool CellSampler::try_line(const Vec3d& p, const Vec3d& q, std::uint32_t node) {
+    Vec3d origin = tree_.to_local(p), direction = tree_.to_local(q) - origin;
+    double first = -1e30, last = 1e30;
+    for (int k = 0; k < 3; ++k) {
+        if (direction[k] == 0) {
+            if (origin[k] < cell_.min[k] || origin[k] > cell_.max[k])
+                return false;
+            continue;
+        }
+        double a = (cell_.min[k] - origin[k]) / direction[k], b = (cell_.max[k] - origin[k]) / direction[k];
+        first = std::max(first, std::min(a, b));
+        last = std::min(last, std::max(a, b));
+    }
+    if (!(first <= last))
+        return false;
+    Vec3d eye = origin + direction * last; // where it leaves the cell
+    for (int k = 0; k < 3; ++k)
+        eye[k] = std::clamp(eye[k], cell_.min[k], cell_.max[k]);
+    mark(eye, direction, cast(eye, direction, Kind::aimed));
+    return reached_[node];
+}
+
 void CellSampler::look_around(std::uint32_t rays) {
     constexpr std::uint32_t kPerEye = 16; // rays from one eye share the top of the tree in the caches
     Vec3d eye;

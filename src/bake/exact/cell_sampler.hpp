@@ -39,6 +39,8 @@ class CellSampler {
     bool aim_at_box(std::uint32_t node, std::uint32_t rays);
     /// Did some ray come into this node's box, as far as doubles can tell? To open a box needs no proof.
     bool reached(std::uint32_t node) const { return reached_[node] != 0; }
+    /// Does the line through two points (grid coordinates) come from the cell and reach the node's box? No proof.
+    bool try_line(const Vec3d& p, const Vec3d& q, std::uint32_t node);
     /// An unblocked line from `eye` to `at` (grid coordinates), and as far beyond as a ray gets: marks what it reaches.
     void mark_line(const Vec3d& eye, const Vec3d& at);
 

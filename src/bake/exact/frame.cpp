@@ -1,6 +1,7 @@
 #include "bake/exact/frame.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 namespace antumbra::exact {
@@ -67,8 +68,68 @@ GridPlane plane_of(std::span<const GridPoint> corners, std::size_t (&triple)[3])
     return plane;
 }
 
+namespace {
+
+int bits_of_wide(Int128 value) {
+    auto magnitude = static_cast<Unsigned128>(value < 0 ? -value : value);
+    auto high = static_cast<std::uint64_t>(magnitude >> 64);
+    return static_cast<int>(high != 0 ? 64 + std::bit_width(high) : std::bit_width(static_cast<std::uint64_t>(magnitude)));
+}
+
+int bits_of_normal(const GridPlane& plane) {
+    int bits = 0;
+    for (int k = 0; k < 3; ++k)
+        bits = std::max(bits, bits_of_wide(plane.n[k]));
+    return bits;
+}
+
+int trailing_zeros(Unsigned128 value) {
+    auto low = static_cast<std::uint64_t>(value);
+    return low != 0 ? std::countr_zero(low) : 64 + std::countr_zero(static_cast<std::uint64_t>(value >> 64));
+}
+
+/// Binary; b != 0.
+Unsigned128 gcd_of(Unsigned128 a, Unsigned128 b) {
+    if (a == 0)
+        return b;
+    int shift = std::min(trailing_zeros(a), trailing_zeros(b));
+    a >>= trailing_zeros(a);
+    b >>= trailing_zeros(b);
+    while (a != b) {
+        if (a < b)
+            std::swap(a, b);
+        a -= b;
+        a >>= trailing_zeros(a);
+    }
+    return a << shift;
+}
+
+/// As meet(), where 128 bits hold all products: nearly always, if one of the planes is a face of a box.
+bool meet_small(const GridPlane& a, const GridPlane& b, Six& out) {
+    int na = bits_of_normal(a), nb = bits_of_normal(b);
+    if (bits_of_wide(b.c) + na > 124 || bits_of_wide(a.c) + nb > 124)
+        return false;
+    Int128 line[6];
+    for (int k = 0; k < 3; ++k) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        line[k] = static_cast<Int128>(a.n[i]) * b.n[j] - static_cast<Int128>(a.n[j]) * b.n[i];
+        line[k + 3] = b.c * a.n[k] - a.c * b.n[k];
+    }
+    Unsigned128 divisor = 0;
+    for (Int128 value : line)
+        if (value != 0 && divisor != 1)
+            divisor = gcd_of(divisor, static_cast<Unsigned128>(value < 0 ? -value : value));
+    for (std::size_t k = 0; k < 6; ++k)
+        out[k] = divisor > 1 ? line[k] / static_cast<Int128>(divisor) : line[k];
+    return true;
+}
+
+} // namespace
+
 Six meet(const GridPlane& a, const GridPlane& b) {
     Six line;
+    if (meet_small(a, b, line))
+        return line;
     Integer ca = Integer(a.c), cb = Integer(b.c);
     for (int k = 0; k < 3; ++k) {
         int i = (k + 1) % 3, j = (k + 2) % 3;
@@ -126,7 +187,6 @@ bool Frame::set(std::span<const GridPoint> s_corners, std::span<const GridPoint>
 template <bool F>
 void Frame::fill(LineStore<F>& store) {
     common_line = meet(s.plane, t.plane);
-    make_primitive(common_line);
     auto add_edges = [&](Face& face, int crossing) {
         std::size_t n = face.clipped.size();
         for (std::size_t i = 0; i < n; ++i) {

@@ -1,5 +1,7 @@
 #include "bake/exact/line_store.hpp"
 
+#include "bake/exact/wedge.hpp"
+
 #include <algorithm>
 #include <numeric>
 
@@ -46,6 +48,7 @@ void LineStore<F>::reset(int scale_bits) {
     hyperplanes_.clear();
     vertices_.clear();
     small_.clear();
+    wide_.clear();
     edges_.clear();
     exact_used_ = residues_used_ = 0;
     counters = {};
@@ -162,10 +165,47 @@ HyperplaneId LineStore<F>::hyperplane(const Six& coefficients) {
 
 template <bool F>
 VertexId LineStore<F>::line(const SmallSix& coordinates, int source, int target) {
-    Six six;
+    WideSix wide;
     for (std::size_t k = 0; k < 6; ++k)
-        six[k] = coordinates[k];
-    return line(six, source, target);
+        wide[k] = coordinates[k];
+    return given_line(wide, source, target);
+}
+
+/// Coordinates below 2^126. Their integers are made when they are asked for.
+template <bool F>
+VertexId LineStore<F>::given_line(const WideSix& coordinates, int source, int target) {
+    Vertex v;
+    v.label[0] = static_cast<std::int16_t>(source);
+    v.label[1] = static_cast<std::int16_t>(target);
+    double largest = 0;
+    v.bits = 0;
+    for (std::size_t k = 0; k < 6; ++k) { // rounded once, if longer than 53 bits; the scalings are powers of two
+        auto magnitude = static_cast<Unsigned128>(coordinates[k] < 0 ? -coordinates[k] : coordinates[k]);
+        auto high = static_cast<std::uint64_t>(magnitude >> 64);
+        auto bits = static_cast<std::int32_t>(high != 0 ? 64 + std::bit_width(high)
+                                                        : std::bit_width(static_cast<std::uint64_t>(magnitude)));
+        v.bits = std::max(v.bits, bits);
+        v.x[k] = std::ldexp(static_cast<double>(coordinates[k]), -(k < 3 ? 1 : 2) * scale_bits_);
+        largest = std::max(largest, std::abs(v.x[k]));
+    }
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    for (double& c : v.x)
+        c = std::ldexp(c, -exponent);
+    v.error = v.bits <= 53 ? 0 : 2 * kUnit;
+    finish(v);
+    line_bits_ = std::max(line_bits_, v.bits);
+    if (v.bits <= 61) {
+        SmallSix values;
+        for (std::size_t k = 0; k < 6; ++k)
+            values[k] = static_cast<std::int64_t>(coordinates[k]);
+        v.small = static_cast<std::int32_t>(small_.size());
+        small_.push_back(values);
+    }
+    v.wide = static_cast<std::int32_t>(wide_.size());
+    wide_.push_back(coordinates);
+    vertices_.push_back(v);
+    return static_cast<VertexId>(vertices_.size() - 1);
 }
 
 template <bool F>
@@ -199,27 +239,24 @@ VertexId LineStore<F>::line(const Six& coordinates, int source, int target) {
 
 template <bool F>
 VertexId LineStore<F>::line_through(const Vec3<std::int64_t>& p, const Vec3<std::int64_t>& q, int shift) {
-    Integer a[3], b[3];
+    WideSix six;
     for (int k = 0; k < 3; ++k) {
-        a[k] = p[k];
-        b[k] = q[k];
-    }
-    Six six;
-    for (std::size_t k = 0; k < 3; ++k) {
-        std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
-        six[k] = (b[k] - a[k]) << static_cast<unsigned>(shift);
-        six[k + 3] = a[i] * b[j] - a[j] * b[i];
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        six[static_cast<std::size_t>(k)] = static_cast<Int128>(q[k] - p[k]) << shift;
+        six[static_cast<std::size_t>(k) + 3] = static_cast<Int128>(p[i]) * q[j] - static_cast<Int128>(p[j]) * q[i];
     }
     int keep_line_bits = line_bits_; // a witness is no start line
-    VertexId v = line(six, -1, -1);
+    VertexId v = given_line(six, -1, -1);
     line_bits_ = keep_line_bits;
     vertices_[index(v)].quadric = 0;
     return v;
 }
 
 template <bool F>
-VertexId LineStore<F>::cut(VertexId ia, VertexId ib, HyperplaneId ih) {
+VertexId LineStore<F>::cut(VertexId ia, VertexId ib, HyperplaneId ih, std::span<const HyperplaneId> common) {
     Vertex v;
+    for (HyperplaneId on : common.subspan(0, std::min(common.size(), v.on.size())))
+        v.on[static_cast<std::size_t>(v.on_count++)] = on;
     const Vertex &a = vertices_[index(ia)], &b = vertices_[index(ib)];
     const Hyperplane& h = hyperplanes_[index(ih)];
     v.parent[0] = ia;
@@ -285,10 +322,18 @@ template <bool F>
 void LineStore<F>::make_exact(VertexId id) {
     if (vertices_[index(id)].exact >= 0)
         return;
+    if (std::int32_t wide = vertices_[index(id)].wide; wide >= 0) { // its doubles and sizes are known
+        Six x;
+        for (std::size_t k = 0; k < 6; ++k)
+            x[k] = wide_[index(wide)][k];
+        vertices_[index(id)].exact = keep(x);
+        return;
+    }
+    if (F && exact_by_hyperplanes(id))
+        return;
     VertexId ia = vertices_[index(id)].parent[0], ib = vertices_[index(id)].parent[1];
     make_exact(ia);
     make_exact(ib);
-    ++counters.exact_vertices;
     const Hyperplane& h = hyperplanes_[index(vertices_[index(id)].by)];
     const Six &xa = exact_[index(vertices_[index(ia)].exact)], &xb = exact_[index(vertices_[index(ib)].exact)];
     Integer wa = abs(dot_exact(h, xb)), wb = abs(dot_exact(h, xa));
@@ -300,6 +345,53 @@ void LineStore<F>::make_exact(VertexId id) {
         size = std::max(size, bits_of(c));
     if (size > kLongBits) // dividing costs more than carrying a few words
         make_primitive(x);
+    set_exact(id, x);
+}
+
+/// The common point of five of the hyperplanes that hold the vertex; the ray of the two opposite ones on which the
+/// vertex lies is told by a coordinate in which both ends of the cut edge certainly have one sign.
+template <bool F>
+bool LineStore<F>::exact_by_hyperplanes(VertexId id) {
+    const Vertex& v = vertices_[index(id)];
+    if (v.on_count < 4 || v.by < 0)
+        return false;
+    const Vertex &a = vertices_[index(v.parent[0])], &b = vertices_[index(v.parent[1])];
+    unsigned best = 6;
+    double clearest = 0;
+    for (unsigned k = 0; k < 6; ++k) {
+        double at_a = a.x[k], at_b = b.x[k];
+        if (at_a * at_b <= 0)
+            continue;
+        double clear = std::min(std::abs(at_a) - a.error, std::abs(at_b) - b.error);
+        if (clear > clearest) {
+            clearest = clear;
+            best = k;
+        }
+    }
+    if (best == 6)
+        return false;
+    Wedge wedge;
+    auto add = [&](HyperplaneId on) {
+        const Hyperplane& h = hyperplanes_[index(on)];
+        if (h.exact < 0)
+            wedge.add(h.small);
+    };
+    add(v.by);
+    for (std::int8_t k = 0; k < v.on_count && !wedge.complete(); ++k)
+        add(v.on[static_cast<std::size_t>(k)]);
+    if (!wedge.complete())
+        return false;
+    bool negate = (wedge.sign(best) > 0) != (a.x[best] > 0);
+    Six x;
+    for (unsigned k = 0; k < 6; ++k)
+        x[k] = wedge.coordinate(k, negate);
+    set_exact(id, x);
+    return true;
+}
+
+template <bool F>
+void LineStore<F>::set_exact(VertexId id, const Six& x) {
+    ++counters.exact_vertices;
     std::int32_t kept = keep(x);
     Vertex& v = vertices_[index(id)];
     v.exact = kept;
@@ -365,8 +457,8 @@ const ResidueSix* LineStore<F>::residues(VertexId id) {
         return nullptr;
     if (vertices_[index(id)].residues < 0) {
         ResidueSix out;
-        if (vertices_[index(id)].exact >= 0) {
-            const Six& x = exact_[index(vertices_[index(id)].exact)];
+        if (is_given(vertices_[index(id)])) {
+            const Six& x = exact(id);
             for (std::size_t k = 0; k < 6; ++k)
                 reduce(x[k], out[k]);
         } else {
@@ -437,7 +529,7 @@ int LineStore<F>::sign(HyperplaneId ih, VertexId iv) {
         return sign_of(sum);
     }
     if constexpr (F)
-        if (v.exact < 0 && residue_sign_zero(ih, iv)) {
+        if (!is_given(v) && residue_sign_zero(ih, iv)) {
             ++counters.signs_residue;
             return 0;
         }
@@ -464,7 +556,7 @@ int LineStore<F>::quadric_sign(VertexId iv) {
         if (std::abs(value) > (v.norm * v.error + 3 * v.error * v.error + 8 * kUnit * size) * kInflate + 0x1p-900)
             return v.quadric = value > 0 ? 1 : -1;
         ++counters.quadric_undecided;
-        if (v.exact < 0 && residue_side_zero(iv, iv))
+        if (!is_given(v) && residue_side_zero(iv, iv))
             return vertices_[index(iv)].quadric = 0;
     }
     int result = sign_of(quadric_of(exact(iv)));
@@ -495,7 +587,7 @@ int LineStore<F>::side_sign(VertexId iv, VertexId iw) {
         if (std::abs(value) > limit * kInflate + 0x1p-900)
             return value > 0 ? 1 : -1;
         ++counters.side_undecided;
-        if ((a.exact < 0 || b.exact < 0) && residue_side_zero(iv, iw))
+        if ((!is_given(a) || !is_given(b)) && residue_side_zero(iv, iw))
             return 0;
     }
     return sign_of(side_exact(iv, iw));

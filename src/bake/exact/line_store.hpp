@@ -9,6 +9,7 @@
 #include "bake/exact/residues.hpp"
 
 #include <deque>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -48,8 +49,9 @@ class LineStore {
     VertexId line(const Six& coordinates, int source, int target);
     /// The line through p / 2^shift and q / 2^shift, |p|, |q| below 2^52: on the quadric by construction.
     VertexId line_through(const Vec3<std::int64_t>& p, const Vec3<std::int64_t>& q, int shift);
-    /// The point of the edge between `a` and `b`, strictly on opposite sides of `h`, on `h`.
-    VertexId cut(VertexId a, VertexId b, HyperplaneId h);
+    /// The point of the edge between `a` and `b`, strictly on opposite sides of `h`, on `h`. `common`: hyperplanes that
+    /// hold both, if known, by which its integers are found without those of earlier vertices.
+    VertexId cut(VertexId a, VertexId b, HyperplaneId h, std::span<const HyperplaneId> common = {});
 
     /// Sign of h . x.
     int sign(HyperplaneId h, VertexId v);
@@ -90,7 +92,9 @@ class LineStore {
         double norm, error;
         VertexId parent[2] = {-1, -1};
         HyperplaneId by = -1;
-        std::int32_t exact = -1, residues = -1, small = -1;
+        std::int32_t exact = -1, residues = -1, small = -1, wide = -1;
+        std::array<HyperplaneId, 6> on; // some that hold it besides `by`
+        std::int8_t on_count = 0;
         std::int32_t bits = -1;         // of a given line; -1: bounded by vertex_bits()
         std::int16_t label[2] = {-1, -1};
         std::int8_t quadric = kUnknown;
@@ -125,6 +129,12 @@ class LineStore {
     Integer dot_exact(const Hyperplane& h, const Six& x) const;
     Integer side_exact(VertexId v, VertexId w);
     void make_exact(VertexId v);
+    void set_exact(VertexId v, const Six& x);
+    bool exact_by_hyperplanes(VertexId v);
+    /// Has integers, or can have them at once?
+    static bool is_given(const Vertex& v) { return v.exact >= 0 || v.wide >= 0; }
+    using WideSix = std::array<Int128, 6>;
+    VertexId given_line(const WideSix& coordinates, int source, int target);
     const ResidueSix* residues(VertexId v);
     const ResidueSix& hyperplane_residues(HyperplaneId h);
     bool residue_sign_zero(HyperplaneId h, VertexId v);
@@ -140,6 +150,7 @@ class LineStore {
     std::deque<Six> exact_;
     std::size_t exact_used_ = 0;
     std::vector<SmallSix> small_;
+    std::vector<WideSix> wide_; // given lines
     std::deque<ResidueSix> residues_;
     std::size_t residues_used_ = 0;
     std::unordered_map<SmallSix, HyperplaneId, SmallHash> edges_;

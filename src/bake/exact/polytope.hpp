@@ -204,8 +204,15 @@ Split split(LineStore<F>& store, const Polytope<W>& p, HyperplaneId h, int sign,
         if (classes[i] * classes[j] < 0) {
             if (classes[i] < 0)
                 std::swap(i, j);
-            VertexId v = store.cut(p.vertices[i], p.vertices[j], h);
-            FacetSet<W> facets = (p.facets[i] & p.facets[j]) | cut;
+            FacetSet<W> facets = p.facets[i] & p.facets[j];
+            HyperplaneId common[8];
+            std::size_t known_common = 0;
+            for (std::size_t w = 0; w < W; ++w)
+                for (std::uint64_t word = facets.words[w]; word != 0 && known_common < std::size(common); word &= word - 1)
+                    if (std::int32_t code = p.codes[64 * w + static_cast<std::size_t>(std::countr_zero(word))]; code >= 0)
+                        common[known_common++] = code / 2;
+            VertexId v = store.cut(p.vertices[i], p.vertices[j], h, std::span(common, known_common));
+            facets = facets | cut;
             cut_in.push_back(place(in, v, facets));
             cut_out.push_back(place(out, v, facets));
             in.edges.push_back({to_in[i], cut_in.back()});
