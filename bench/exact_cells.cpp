@@ -229,6 +229,7 @@ int main(int argc, char** argv) {
     cell.look_around = 60000;
     cell.follow = 200000;
     cell.sample_between = true;
+    cell.rays = 1;
     for (int k = 1; k < argc; ++k) {
         auto is = [&](const char* name) { return std::strcmp(argv[k], name) == 0; };
         auto value = [&] { return k + 1 < argc ? argv[++k] : "0"; };
@@ -263,6 +264,7 @@ int main(int argc, char** argv) {
         else if (is("--published")) {
             cell.form = ExactForm::published;
             cell.rays = 200;
+            cell.box_pieces = 60;
         } else {
             setups.push_back(parse(argv[k]));
         }

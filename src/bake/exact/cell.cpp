@@ -12,6 +12,7 @@ namespace antumbra::exact {
 namespace {
 
 constexpr std::uint32_t kRaysAtTriangle = 4, kRaysAfterWitness = 64;
+constexpr std::uint32_t kObjectTriangles = 64; ///< what stands for an object of the paper's two levels
 
 double thread_seconds() {
     timespec now{};
@@ -148,6 +149,10 @@ struct CellSolver::State {
     std::vector<std::uint8_t> hidden_alone; // per triangle
     std::vector<std::uint32_t> hidden_triangles, hidden_nodes;
     std::vector<std::uint32_t> hits;
+    /// Published form: all unobstructed lines from the cell to a box around what is asked for; null: not known.
+    using Spaces = std::shared_ptr<std::vector<std::shared_ptr<LineSpace>>>;
+    Spaces around;   // of the node at hand
+    Spaces complete; // what its own query found
 
     State(const SceneTree& t, const Tracer& r, const CellOptions& o)
         : tree(t), tracer(r), arbiter(r), options(o), occluders(t), seen(t), sampler(t, r, seen),
@@ -160,6 +165,8 @@ struct CellSolver::State {
         return ask(face_of(cell, from / 2, from % 2), from, t, key, box);
     }
     QueryResult ask_windows(const Windows& windows, std::uint64_t key);
+    bool box_meets_spaces(const GridBox& box);
+    bool meets_spaces(std::span<const GridPoint> polygon);
     Answer ask_box(std::uint32_t node);
     Answer ask_triangle(std::uint32_t triangle, Witness* witness);
     void extend(const Witness& witness);
@@ -206,6 +213,7 @@ QueryResult CellSolver::State::ask(std::span<const GridPoint> s, int from, std::
     q.patches = options.patches;
     q.form = options.form;
     q.cancel = cancel;
+    q.complete = box && options.form == ExactForm::published;
     if (!options.filtered)
         q.start = Start::prism_or_hull;
     q.seed = mix_bits(options.seed + mix_bits(key));
@@ -232,12 +240,31 @@ QueryResult CellSolver::State::ask_windows(const Windows& windows, std::uint64_t
     return result;
 }
 
+/// Does any unobstructed line to the box around go on through this one? (Section 4.2; conservative.)
+bool CellSolver::State::box_meets_spaces(const GridBox& box) {
+    for (int to = 0; to < 6; ++to)
+        if (reaches_beyond(cell, box, to / 2, to % 2) && !is_flat_across(box, to / 2) &&
+            meets_spaces(face_of(box, to / 2, to % 2)))
+            return true;
+    return false;
+}
+
+bool CellSolver::State::meets_spaces(std::span<const GridPoint> polygon) {
+    return std::any_of(around->begin(), around->end(), [&](const auto& space) { return space->may_cross(polygon); });
+}
+
 /// Does any line from the cell reach the box? Over all pairs of faces that look at each other.
 Answer CellSolver::State::ask_box(std::uint32_t n) {
     const GridBox& box = tree.nodes()[n].box;
     std::uint32_t parent = tree.parents()[n];
     ++counters->box_queries;
-    if (Windows windows(cell, box); options.windows && windows.axis >= 0) {
+    bool published = options.form == ExactForm::published;
+    if (published && around && !box_meets_spaces(box)) {
+        ++counters->reused;
+        return Answer::hidden;
+    }
+    complete = published ? std::make_shared<std::vector<std::shared_ptr<LineSpace>>>() : nullptr;
+    if (Windows windows(cell, box); options.windows && !published && windows.axis >= 0) {
         QueryResult result = ask_windows(windows, std::uint64_t(n) * 64 + 63);
         if (result.answer == Answer::hidden)
             return Answer::hidden;
@@ -263,9 +290,18 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
             switch (result.answer) {
             case Answer::visible:
                 extend(result.witness);
-                return Answer::visible;
+                if (!published)
+                    return Answer::visible;
+                if (answer == Answer::hidden)
+                    answer = Answer::visible;
+                if (result.unobstructed && complete)
+                    complete->push_back(result.unobstructed);
+                else
+                    complete = nullptr;
+                break;
             case Answer::undecided:
                 answer = Answer::undecided;
+                complete = nullptr;
                 break;
             case Answer::hidden:
                 if (options.virtual_occluders)
@@ -291,6 +327,10 @@ Answer CellSolver::State::ask_triangle(std::uint32_t triangle, Witness* witness)
         std::array<GridPoint, 3> t = corners;
         if (turned)
             std::swap(t[1], t[2]);
+        if (around && !meets_spaces(t)) {
+            ++counters->reused;
+            continue;
+        }
         for (int from = 0; from < 6; ++from) {
             if (!reaches_beyond(box, cell, from / 2, from % 2))
                 continue;
@@ -393,7 +433,9 @@ bool CellSolver::State::open(std::uint32_t n) {
         return false;
     if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= 1)
         return true;
-    if (options.sample_between && (sampler.reached(n) || sampler.aim_at_box(n, options.rays_at_box))) {
+    // In the published form small boxes are asked for even where a ray came in, for the sake of their line spaces.
+    bool complete_space = options.form == ExactForm::published && node.count <= kObjectTriangles;
+    if (options.sample_between && !complete_space && (sampler.reached(n) || sampler.aim_at_box(n, options.rays_at_box))) {
         ++counters->boxes_by_ray;
         return !seen.all_seen(n);
     }
@@ -421,26 +463,38 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         s.hide_node(n);
     s.sampler.look_around(s.options.look_around);
     s.sampler.follow(s.options.follow);
-    using Entry = std::pair<double, std::uint32_t>; // nearest first, then by number
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    queue.push({0, 0});
+    struct Entry {
+        double distance;
+        std::uint32_t node;
+        State::Spaces spaces; // around it
+        bool operator<(const Entry& o) const { // nearest first, then by number
+            return distance != o.distance ? distance > o.distance : node > o.node;
+        }
+    };
+    std::priority_queue<Entry> queue;
+    queue.push({0, 0, nullptr});
     while (!queue.empty()) {
         if (s.cancelled())
             return false;
-        std::uint32_t n = queue.top().second;
+        std::uint32_t n = queue.top().node;
+        s.around = queue.top().spaces;
+        s.complete = nullptr;
         queue.pop();
         if (!s.open(n))
             continue;
+        State::Spaces spaces = s.complete ? s.complete : s.around;
         const SceneTree::Node& node = tree.nodes()[n];
         if (node.children == 0) {
+            s.around = spaces;
             for (std::uint32_t i = node.first; i < node.first + node.count && !s.cancelled(); ++i)
                 if (!s.hidden_alone[tree.order()[i]])
                     s.decide_triangle(tree.order()[i]);
             continue;
         }
         for (std::uint32_t c = node.children; c < node.children + 2; ++c)
-            queue.push({distance_squared(tree.nodes()[c].box, cell), c});
+            queue.push({distance_squared(tree.nodes()[c].box, cell), c, spaces});
     }
+    s.around = s.complete = nullptr;
     return !s.cancelled();
 }
 
@@ -449,6 +503,7 @@ Answer CellSolver::ask_triangle(const GridBox& cell, std::uint32_t triangle, Cel
     state_->cell = cell;
     state_->counters = &counters;
     state_->cancel = nullptr;
+    state_->around = nullptr;
     return state_->ask_triangle(triangle, witness);
 }
 

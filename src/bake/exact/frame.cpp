@@ -222,6 +222,43 @@ void Frame::fill(LineStore<F>& store) {
         }
 }
 
+std::vector<GridPlane> Frame::planes_around() const {
+    std::vector<GridPlane> planes;
+    auto add = [&](const GridPoint& a, const GridPoint& b, const GridPoint& c) {
+        GridPoint corners[3] = {a, b, c};
+        std::size_t triple[3];
+        GridPlane plane = plane_of(corners, triple);
+        bool front = false, back = false;
+        for (const Face* face : {&s, &t})
+            for (const GridPoint& p : face->corners) {
+                Int128 at = plane.at(p);
+                front |= at > 0;
+                back |= at < 0;
+            }
+        if (front == back)
+            return;
+        if (front) {
+            plane.n = -plane.n;
+            plane.c = -plane.c;
+        }
+        planes.push_back(plane);
+    };
+    for (bool swapped : {false, true}) {
+        const Face &edges = swapped ? t : s, &tips = swapped ? s : t;
+        for (std::size_t i = 0; i < edges.corners.size(); ++i)
+            for (const GridPoint& tip : tips.corners)
+                add(edges.corners[i], edges.corners[(i + 1) % edges.corners.size()], tip);
+    }
+    // Behind S no segment begins, behind T none goes on.
+    for (const Face* face : {&s, &t}) {
+        GridPlane plane = face->plane;
+        plane.n = -plane.n;
+        plane.c = -plane.c;
+        planes.push_back(plane);
+    }
+    return planes;
+}
+
 template void Frame::fill(LineStore<true>&);
 template void Frame::fill(LineStore<false>&);
 

@@ -56,6 +56,9 @@ struct Frame {
     template <bool F>
     void fill(LineStore<F>& store);
 
+    /// Planes of the convex hull of S and T, each with all of both behind or on it, and the planes of S and T, turned.
+    std::vector<GridPlane> planes_around() const;
+
     VertexId line(std::size_t i, std::size_t j) const { return lines[i * t.clipped.size() + j]; }
     bool s_touches() const;
     bool t_touches() const;

@@ -65,7 +65,9 @@ class LineStore {
     double approximate(HyperplaneId h, VertexId v) const { return dot(hyperplanes_[index(h)], vertices_[index(v)]); }
     /// Largest coordinate in [0.25, 1]; coordinates are scaled by 2^-scale_bits per length.
     const std::array<double, 6>& approximate(VertexId v) const { return vertices_[index(v)].x; }
+    double error(VertexId v) const { return vertices_[index(v)].error; } ///< of each coordinate of approximate(v)
     double norm(HyperplaneId h) const { return hyperplanes_[index(h)].norm; }
+    const std::array<double, 6>& coefficients(HyperplaneId h) const { return hyperplanes_[index(h)].h; }
     const Six& exact(VertexId v);
     Six exact_hyperplane(HyperplaneId h) const;
 

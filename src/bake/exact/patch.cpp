@@ -9,44 +9,6 @@ namespace {
 constexpr std::size_t kLargestPatch = 256;
 constexpr int kStarts = 2;
 
-/// A plane with all of S and T behind or on it.
-std::vector<GridPlane> planes_around(const Frame& frame) {
-    std::vector<GridPlane> planes;
-    auto add = [&](const GridPoint& a, const GridPoint& b, const GridPoint& c) {
-        GridPoint corners[3] = {a, b, c};
-        std::size_t triple[3];
-        GridPlane plane = plane_of(corners, triple);
-        bool front = false, back = false;
-        for (const Face* face : {&frame.s, &frame.t})
-            for (const GridPoint& p : face->corners) {
-                Int128 at = plane.at(p);
-                front |= at > 0;
-                back |= at < 0;
-            }
-        if (front == back)
-            return;
-        if (front) {
-            plane.n = -plane.n;
-            plane.c = -plane.c;
-        }
-        planes.push_back(plane);
-    };
-    for (bool swapped : {false, true}) {
-        const Face &edges = swapped ? frame.t : frame.s, &tips = swapped ? frame.s : frame.t;
-        for (std::size_t i = 0; i < edges.corners.size(); ++i)
-            for (const GridPoint& tip : tips.corners)
-                add(edges.corners[i], edges.corners[(i + 1) % edges.corners.size()], tip);
-    }
-    // Behind S no segment begins, behind T none goes on.
-    for (const Face* face : {&frame.s, &frame.t}) {
-        GridPlane plane = face->plane;
-        plane.n = -plane.n;
-        plane.c = -plane.c;
-        planes.push_back(plane);
-    }
-    return planes;
-}
-
 bool outside(const std::vector<GridPlane>& planes, const GridPoint& a, const GridPoint& b) {
     return std::any_of(planes.begin(), planes.end(),
                        [&](const GridPlane& plane) { return plane.at(a) >= 0 && plane.at(b) >= 0; });
@@ -78,7 +40,7 @@ template <bool F>
 class Patch {
   public:
     Patch(LineStore<F>& store, const Frame& frame, OccluderSource& source, VertexId line)
-        : store_(store), frame_(frame), source_(source), line_(line), around_(planes_around(frame)) {}
+        : store_(store), frame_(frame), source_(source), line_(line), around_(frame.planes_around()) {}
 
     std::size_t size() const { return members_.size(); }
 

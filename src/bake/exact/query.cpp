@@ -2,6 +2,8 @@
 
 #include "bake/exact/solver.hpp"
 
+#include <algorithm>
+
 namespace antumbra::exact {
 
 bool OccluderList::near_segment(const Vec3d&, const Vec3d&, std::size_t, std::vector<OccluderId>& found) {
@@ -32,6 +34,9 @@ void QueryCounters::add(const QueryCounters& o) {
     broken += o.broken;
     single_cover += o.single_cover;
     random_witness += o.random_witness;
+    sphere_tests += o.sphere_tests;
+    sphere_rejected += o.sphere_rejected;
+    faces += o.faces;
     patches_tried += o.patches_tried;
     patches_proved += o.patches_proved;
     most_vertices = std::max(most_vertices, o.most_vertices);
@@ -66,6 +71,32 @@ QueryResult Query::run(std::span<const GridPoint> s, std::span<const GridPoint> 
     if (solvers_->wide->run(s, t, occluders, slow, result) == RunStatus::overflow)
         result.answer = Answer::undecided;
     return result;
+}
+
+bool LineSpace::may_cross(std::span<const GridPoint> polygon) {
+    std::vector<HalfSpace> edges;
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+        if (const GridPoint &a = polygon[i], &b = polygon[(i + 1) % polygon.size()]; a != b)
+            edges.push_back(store_.edge(a - origin_, b - origin_));
+    return std::any_of(cones_.begin(), cones_.end(), [&](const Cone& cone) {
+        return std::none_of(edges.begin(), edges.end(), [&](const HalfSpace& edge) {
+            return std::all_of(cone.vertices.begin(), cone.vertices.end(),
+                               [&](VertexId v) { return store_.sign(edge.hyperplane, v) * edge.sign >= 0; });
+        });
+    });
+}
+
+std::vector<Six> LineSpace::cone(std::size_t k) {
+    std::vector<Six> out;
+    for (VertexId v : cones_[k].vertices) {
+        Six x = store_.exact(v);
+        for (std::size_t c = 0; c < 3; ++c) { // the moment about the grid's origin: m + origin x d
+            std::size_t i = (c + 1) % 3, j = (c + 2) % 3;
+            x[3 + c] += x[j] * origin_[static_cast<int>(i)] - x[i] * origin_[static_cast<int>(j)];
+        }
+        out.push_back(x);
+    }
+    return out;
 }
 
 certify::WitnessSegment to_rational(const Witness& witness) {

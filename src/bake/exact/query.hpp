@@ -81,6 +81,7 @@ struct QueryCounters {
     std::uint64_t pairs = 0, triples = 0, hulls = 0, prisms = 0;
     std::uint64_t exact_witnesses = 0, witness_retries = 0, widened = 0, broken = 0;
     std::uint64_t single_cover = 0, random_witness = 0;
+    std::uint64_t sphere_tests = 0, sphere_rejected = 0, faces = 0; ///< published form
     std::uint64_t patches_tried = 0, patches_proved = 0;
     std::uint32_t most_vertices = 0;
     ArithmeticCounters arithmetic;
@@ -93,6 +94,29 @@ struct Witness {
     Vec3d near_p, near_q; ///< rounded
 };
 
+/// The unobstructed lines between two polygons, completely: convex pieces of line space whose lines are unblocked
+/// (Nirenstein, Blake, Gain 2002, section 4.2). Published form only.
+class LineSpace {
+  public:
+    struct Cone {
+        std::vector<VertexId> vertices;
+    };
+    LineSpace(LineStore<true> store, const GridPoint& origin, std::vector<Cone> cones)
+        : store_(std::move(store)), origin_(origin), cones_(std::move(cones)) {}
+
+    std::size_t size() const { return cones_.size(); }
+    /// False only if no line of any cone crosses the polygon against its normal: every cone lies outside one of its
+    /// edges. Exact signs, but conservative: true says little.
+    bool may_cross(std::span<const GridPoint> polygon);
+    /// The vertices of cone k: points of Pluecker space, in grid coordinates, up to positive factors; most are no lines.
+    std::vector<Six> cone(std::size_t k);
+
+  private:
+    LineStore<true> store_; // its signs are found when asked for
+    GridPoint origin_;
+    std::vector<Cone> cones_;
+};
+
 struct QueryResult {
     Answer answer = Answer::undecided;
     Witness witness;                           ///< if visible
@@ -101,6 +125,7 @@ struct QueryResult {
     /// Effective occluders: those that the ray stage chose (published form), that were subtracted (fast form), or the
     /// triangles of the connected surface that hides all.
     std::uint32_t effective = 0;
+    std::shared_ptr<LineSpace> unobstructed; ///< if visible and `complete`; null if it was widened
     QueryCounters counters;
 };
 

@@ -644,7 +644,10 @@ RunStatus Solver<F, W>::run(std::span<const GridPoint> s, std::span<const GridPo
     store_.reset(frame_.scale_bits);
     frame_.fill(store_);
     RunStatus status = RunStatus::done;
-    if (!random_stage(result.answer))
+    result.unobstructed.reset();
+    if (options.form == ExactForm::published)
+        status = search_published(result.answer);
+    else if (!random_stage(result.answer))
         status = search(result.answer);
     if (result.effective == 0)
         result.effective = static_cast<std::uint32_t>(result.blockers.size());

@@ -2,6 +2,7 @@
 // piece by piece, each piece steered by a real line inside it.
 #pragma once
 
+#include "bake/exact/face_lattice.hpp"
 #include "base/random.hpp"
 #include "bake/exact/quadric.hpp"
 #include "bake/exact/query.hpp"
@@ -61,6 +62,20 @@ class Solver {
     RunStatus search(Answer& answer);
     RunStatus subtract(Piece& piece, const Prepared& occluder, int crossing);
     bool keeps_lines(Piece& piece);
+
+    // The published form (solver_published.cpp).
+    /// Its shell carries the vertices, the cuts and the points that show both signs of the quadric, for the tests and
+    /// witnesses that both forms share.
+    struct Whole {
+        Piece shell;
+        FaceLattice lattice;
+    };
+    RunStatus search_published(Answer& answer);
+    std::vector<OccluderId> order_by_rays(Answer& answer);
+    RunStatus subtract_everywhere(const Prepared& occluder, int crossing, std::vector<Whole>& complex);
+    bool keeps_lines(Whole& whole);
+    RunStatus find_witness(const Whole& whole);
+    void keep_complex(std::vector<Whole>& complex);
     void accept(const Candidate& line);
 
     std::int32_t new_node();
@@ -68,6 +83,7 @@ class Solver {
     void record_blocked(std::int32_t node, OccluderId id, int crossing);
     std::uint32_t blocker_index(OccluderId id);
 
+    std::array<double, 6> chart_{}; // of the published form
     LineStore<F> store_;
     Frame frame_;
     Random random_{0};

@@ -318,7 +318,8 @@ bool holds(const std::vector<bool>& set, const std::vector<bool>& part) {
     return true;
 }
 
-/// Facets of the cone of `lines`: start with six independent ones and insert the rest (double description).
+/// The extreme rays h of the cone of all h with h . line >= 0, that is, the facets of the cone of `lines`: start with six
+/// independent ones and insert the rest (double description). Lines and hyperplanes may change places.
 std::vector<DualRay> hull_facets(const std::vector<Six>& lines) {
     std::vector<std::size_t> basis;
     std::vector<DualRay> facets;
@@ -414,9 +415,48 @@ StartResult hull_start(LineStore<F>& store, const Frame& frame, Polytope<W>& out
     return StartResult::ready;
 }
 
+template <bool F, int W>
+StartResult published_start(LineStore<F>& store, const Frame& frame, Polytope<W>& out) {
+    StartResult prism = prism_start(store, frame, out); // for its half-spaces
+    if (prism != StartResult::ready)
+        return prism == StartResult::overflow ? prism : hull_start(store, frame, out);
+    std::vector<Six> half_spaces;
+    std::vector<std::int32_t> codes;
+    for (std::int32_t code : out.codes) {
+        if (code == kFreeFacet)
+            continue;
+        Six h = store.exact_hyperplane(code / 2);
+        if (code % 2)
+            for (Integer& c : h)
+                c = -c;
+        half_spaces.push_back(h);
+        codes.push_back(code);
+    }
+    std::vector<DualRay> rays = hull_facets(half_spaces);
+    if (rays.empty())
+        return hull_start(store, frame, out);
+    out.clear();
+    out.codes = codes;
+    for (const DualRay& ray : rays) {
+        out.vertices.push_back(store.line(ray.h, -1, -1));
+        FacetSet<W> on;
+        for (std::size_t k = 0; k < codes.size(); ++k)
+            if (ray.on[k])
+                on.add(k);
+        out.facets.push_back(on);
+    }
+    std::vector<std::uint16_t> all;
+    for (std::size_t k = 0; k < out.vertices.size(); ++k)
+        all.push_back(static_cast<std::uint16_t>(k));
+    connect(out.facets, all, out.edges);
+    drop_spent_facets(out);
+    return StartResult::ready;
+}
+
 #define ANTUMBRA_INSTANTIATE(F, W)                                                                                   \
     template StartResult prism_start(LineStore<F>&, const Frame&, Polytope<W>&);                                     \
-    template StartResult hull_start(LineStore<F>&, const Frame&, Polytope<W>&);
+    template StartResult hull_start(LineStore<F>&, const Frame&, Polytope<W>&);                                      \
+    template StartResult published_start(LineStore<F>&, const Frame&, Polytope<W>&);
 ANTUMBRA_INSTANTIATE(true, 2)
 ANTUMBRA_INSTANTIATE(false, 2)
 ANTUMBRA_INSTANTIATE(false, 16)

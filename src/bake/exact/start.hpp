@@ -20,4 +20,9 @@ StartResult prism_start(LineStore<F>& store, const Frame& frame, Polytope<W>& ou
 template <bool F, int W>
 StartResult hull_start(LineStore<F>& store, const Frame& frame, Polytope<W>& out);
 
+/// The same polytope as prism_start, from its half-spaces alone: extreme points and incidences by the double description
+/// method, as published. Falls back on hull_start where no caps are valid.
+template <bool F, int W>
+StartResult published_start(LineStore<F>& store, const Frame& frame, Polytope<W>& out);
+
 } // namespace antumbra::exact

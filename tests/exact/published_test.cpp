@@ -1,0 +1,178 @@
+// The parts of the published form: faces, their splits, complete line spaces. (Its answers: oracle_test.cpp.)
+#include "families.hpp"
+
+#include "bake/exact/cell.hpp"
+#include "bake/exact/face_lattice.hpp"
+#include "bake/exact/start.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace antumbra::exact::testing {
+namespace {
+
+constexpr std::array<std::size_t, 6> kPrismFaces = {24, 60, 62, 33, 9, 1};
+
+Case quad_to_triangle() {
+    Case c;
+    c.s = {{0, 0, 0}, {100, 0, 0}, {100, 100, 0}, {0, 100, 0}};
+    c.t = {{10, 20, 300}, {33, 90, 310}, {80, 17, 305}};
+    face_each_other(c);
+    return c;
+}
+
+struct Started {
+    LineStore<true> store;
+    Frame frame;
+    Polytope<2> polytope;
+    bool ready = false;
+
+    explicit Started(const Case& c, bool published) {
+        if (!frame.set(c.s, c.t))
+            return; // nothing faces each other
+        ready = true;
+        store.reset(frame.scale_bits);
+        frame.fill(store);
+        EXPECT_EQ(published ? published_start(store, frame, polytope) : prism_start(store, frame, polytope),
+                  StartResult::ready);
+    }
+};
+
+TEST(FaceLattice, TheLinesFromAQuadToATriangleHave189Faces) {
+    for (bool published : {false, true}) {
+        Started start(quad_to_triangle(), published);
+        FaceLattice lattice = enumerate_faces(start.polytope);
+        for (std::size_t d = 0; d < 6; ++d)
+            EXPECT_EQ(lattice.faces[d].size(), kPrismFaces[d]) << d;
+        EXPECT_EQ(lattice.count(), 189u);
+        EXPECT_FALSE(is_broken(lattice));
+        EXPECT_EQ(start.polytope.edges.size(), 60u);
+    }
+}
+
+/// Random hyperplanes split both representations; the same vertices and as many edges must come out, degenerate or not.
+TEST(FaceLattice, SplitsAsTheSkeletonDoes) {
+    Random random(5);
+    std::uint64_t splits = 0, on_plane = 0;
+    for (int k = 0; k < 150; ++k) {
+        Case c = draw(random);
+        Started start(c, true);
+        if (!start.ready)
+            continue;
+        Polytope<2> skeleton = start.polytope, in, out;
+        FaceLattice lattice = enumerate_faces(skeleton), lattice_in, lattice_out;
+        ASSERT_FALSE(is_broken(lattice));
+        std::uint64_t known = 0;
+        for (const Polygon& occluder : c.occluders)
+            for (std::size_t i = 0; i < occluder.corners.size(); ++i) {
+                GridPoint a = occluder.corners[i] - start.frame.origin,
+                          b = occluder.corners[(i + 1) % occluder.corners.size()] - start.frame.origin;
+                if (a == b)
+                    continue;
+                HalfSpace h = start.store.edge(a, b);
+                Split result = split(start.store, skeleton, h.hyperplane, h.sign, in, out, known);
+                Crossing crossing = classify(start.store, lattice, h.hyperplane, h.sign);
+                int side = side_of_sphere(start.store, lattice, h.hyperplane);
+                ASSERT_EQ(result == Split::both, crossing.positive && crossing.negative);
+                if (side != 0) {
+                    ASSERT_NE(result, Split::both);
+                }
+                if (result != Split::both)
+                    continue;
+                ++splits;
+                on_plane += std::count(crossing.of.begin(), crossing.of.end(), 0) > 0;
+                split(start.store, lattice, h.hyperplane, crossing, lattice_in, lattice_out);
+                for (auto [mine, theirs] : {std::pair(&in, &lattice_in), std::pair(&out, &lattice_out)}) {
+                    ASSERT_FALSE(is_broken(*theirs));
+                    ASSERT_EQ(mine->vertices.size(), theirs->vertices.size());
+                    ASSERT_EQ(mine->edges.size(), theirs->faces[1].size());
+                }
+                bool first = random.below(2) != 0;
+                skeleton = first ? in : out;
+                lattice = first ? lattice_in : lattice_out;
+                set_sphere(start.store, {0, 0, 0, 0, 0, 0}, lattice);
+                ASSERT_LT(lattice.radius, 0); // no chart, no sphere
+            }
+    }
+    EXPECT_GT(splits, 300u);
+    EXPECT_GT(on_plane, 50u);
+}
+
+TEST(LineSpace, HoldsEveryLineThatReachesAPartOfTheTarget) {
+    Random random(9);
+    std::uint64_t visible_parts = 0, rejected = 0, parts = 0;
+    for (int k = 0; k < 120; ++k) {
+        Case c = draw(random);
+        for (auto* polygon : {&c.s, &c.t})
+            for (GridPoint& p : *polygon)
+                p = p * 4;
+        for (Polygon& o : c.occluders)
+            for (GridPoint& p : o.corners)
+                p = p * 4;
+        QueryOptions options = as_published(0);
+        options.complete = true;
+        QueryResult whole = ask(c, options);
+        if (whole.answer != Answer::visible)
+            continue;
+        ASSERT_TRUE(whole.unobstructed);
+        ASSERT_GT(whole.unobstructed->size(), 0u);
+        // Quarter the first triangle of the target.
+        const GridPoint v[3] = {c.t[0], c.t[1], c.t[2]};
+        auto middle = [](const GridPoint& a, const GridPoint& b) {
+            return GridPoint{(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
+        };
+        GridPoint m[3] = {middle(v[0], v[1]), middle(v[1], v[2]), middle(v[2], v[0])};
+        for (const auto& t : {std::array{v[0], m[0], m[2]}, std::array{m[0], v[1], m[1]}, std::array{m[2], m[1], v[2]}, std::array{m[0], m[1], m[2]}}) {
+            Case part = c;
+            part.t.assign(t.begin(), t.end());
+            bool visible = ask(part, oracle()).answer == Answer::visible;
+            bool may = whole.unobstructed->may_cross(part.t);
+            ASSERT_TRUE(may || !visible) << k;
+            ++parts;
+            visible_parts += visible;
+            rejected += !may;
+        }
+    }
+    EXPECT_GT(visible_parts, 50u);
+    EXPECT_GT(rejected, 10u); // it is worth asking
+    EXPECT_GT(parts, visible_parts + rejected);
+}
+
+TEST(LineSpace, ItsConesLieAmongTheLinesThatCrossTheSource) {
+    Random random(10);
+    Case c = square_and_triangle(random);
+    add_wall(c, random, 4, 0.6);
+    c.occluders.erase(c.occluders.begin() + 12);
+    QueryOptions options = as_published(20);
+    options.complete = true;
+    QueryResult whole = ask(c, options);
+    ASSERT_EQ(whole.answer, Answer::visible);
+    for (std::size_t k = 0; k < whole.unobstructed->size(); ++k) {
+        std::vector<Six> cone = whole.unobstructed->cone(k);
+        EXPECT_GE(cone.size(), 6u);
+        // Every vertex lies in the closed prism of lines from S to T: on the inner side of all edges of S.
+        for (const Six& x : cone)
+            for (std::size_t i = 0; i < c.s.size(); ++i) {
+                SmallSix e = pluecker_through(c.s[i], c.s[(i + 1) % c.s.size()]);
+                Integer sum = 0;
+                for (std::size_t d = 0; d < 6; ++d)
+                    sum += x[d] * e[(d + 3) % 6];
+                EXPECT_GE(sum.sign(), 0);
+            }
+    }
+}
+
+TEST(Published, AnOccluderChosenByTheRaysIsCountedOnce) {
+    Random random(11);
+    Case c = square_and_triangle(random);
+    add_wall(c, random, 3, 0.6);
+    QueryResult result = ask(c, as_published(200));
+    EXPECT_EQ(result.answer, Answer::hidden);
+    EXPECT_GT(result.effective, 1u);
+    EXPECT_LE(result.effective, 18u);
+    EXPECT_LE(std::set<OccluderId>(result.blockers.begin(), result.blockers.end()).size(), 18u);
+}
+
+} // namespace
+} // namespace antumbra::exact::testing
