@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 namespace antumbra::app {
 namespace {
 
@@ -18,26 +20,49 @@ struct OccludersArguments {
     bool no_merge = false, no_inner_boxes = false;
 };
 
-/// One object per polygon, named after the object that it came from; inner boxes are named so.
-RawScene to_raw(const Scene& scene, const OccluderSet& set) {
-    RawScene raw;
-    raw.source = "occluders of " + scene.source();
-    for (const Vec3f& vertex : set.vertices)
-        raw.positions.push_back(scene.to_world(to_double(vertex)));
-    for (std::size_t p = 0; p < set.polygons.size(); ++p) {
-        const OccluderPolygon& polygon = set.polygons[p];
-        RawObject object;
-        object.name = std::string(scene.name(polygon.object)) + (polygon.synthetic ? " inner box " : " occluder ") +
-                      std::to_string(p);
-        object.flags = kOccludes | (polygon.double_sided ? std::uint32_t(kDoubleSided) : 0u);
-        object.first_triangle = std::uint32_t(raw.triangles.size());
-        std::span<const std::uint32_t> loop = set.loop(polygon);
-        for (std::size_t i = 2; i < loop.size(); ++i)
-            raw.triangles.push_back({loop[0], loop[i - 1], loop[i]});
-        object.triangle_count = std::uint32_t(raw.triangles.size()) - object.first_triangle;
-        raw.objects.push_back(object);
+/// What a polygon stands for, and its colour.
+struct Kind {
+    const char* name;
+    std::array<float, 4> colour;
+};
+constexpr Kind kKinds[] = {
+    {"merged triangles", {0.55f, 0.55f, 0.6f, 1}}, {"double-sided", {0.2f, 0.6f, 0.35f, 1}},
+    {"inner boxes", {0.9f, 0.45f, 0.1f, 0.6f}},    {"boxes inside of several objects", {0.85f, 0.1f, 0.15f, 0.6f}},
+    {"inner shells", {0.15f, 0.35f, 0.9f, 0.8f}},
+};
+
+std::size_t kind_of(const OccluderPolygon& polygon, std::size_t joined) {
+    if (!polygon.synthetic)
+        return polygon.double_sided ? 1 : 0;
+    if (polygon.count == 3)
+        return 4;
+    return polygon.solid < joined ? 3 : 2; // joined boxes come first
+}
+
+/// A part for each kind, and the edges of the synthetic ones.
+std::vector<DrawingPart> to_drawing(const Scene& scene, const OccluderSet& set, std::size_t joined) {
+    std::vector<DrawingPart> parts(std::size(kKinds) + 1);
+    for (std::size_t k = 0; k < std::size(kKinds); ++k) {
+        parts[k].name = kKinds[k].name;
+        parts[k].colour = kKinds[k].colour;
     }
-    return raw;
+    DrawingPart& edges = parts.back();
+    edges = {"edges of inner solids", {0.1f, 0.05f, 0.05f, 1}, true, {}, {}};
+    for (const OccluderPolygon& polygon : set.polygons) {
+        DrawingPart& part = parts[kind_of(polygon, joined)];
+        auto base = static_cast<std::uint32_t>(part.positions.size());
+        auto edge_base = static_cast<std::uint32_t>(edges.positions.size());
+        for (std::uint32_t v : set.loop(polygon)) {
+            part.positions.push_back(scene.to_world(to_double(set.vertices[v])));
+            if (polygon.synthetic)
+                edges.positions.push_back(part.positions.back());
+        }
+        for (std::uint32_t i = 2; i < polygon.count; ++i)
+            part.indices.insert(part.indices.end(), {base, base + i - 1, base + i});
+        for (std::uint32_t i = 0; polygon.synthetic && i < polygon.count; ++i)
+            edges.indices.insert(edges.indices.end(), {edge_base + i, edge_base + (i + 1) % polygon.count});
+    }
+    return parts;
 }
 
 int run_occluders(const OccludersArguments& arguments) {
@@ -50,7 +75,7 @@ int run_occluders(const OccludersArguments& arguments) {
     OccluderStatistics statistics;
     OccluderSet set = find_occluders(*scene, options, &statistics);
     if (!arguments.output.empty()) {
-        Result<std::vector<std::byte>> bytes = export_glb(to_raw(*scene, set));
+        Result<std::vector<std::byte>> bytes = export_drawing(to_drawing(*scene, set, std::size_t(statistics.joined_boxes)));
         if (!bytes)
             return fail(bytes.status());
         if (Status status = write_file_atomically(arguments.output, std::span<const std::byte>(*bytes)); !status)
@@ -63,14 +88,22 @@ int run_occluders(const OccludersArguments& arguments) {
         document["patches"] = statistics.patches;
         document["closed_objects"] = statistics.closed_objects;
         document["inner_boxes"] = statistics.inner_boxes;
+        document["joined_boxes"] = statistics.joined_boxes;
+        document["inner_shells"] = statistics.inner_shells;
+        document["inner_shell_triangles"] = statistics.inner_shell_triangles;
+        document["inner_shell_dropped"] = statistics.inner_shell_dropped;
         document["largest_area"] = statistics.largest_area;
         print_json(document);
         return 0;
     }
     fmt::print("triangles that occlude  {}\nconvex polygons         {}\npatches                 {}\n",
                statistics.triangles, statistics.polygons, statistics.patches);
-    fmt::print("closed objects          {}\ninner boxes             {}\nlargest polygon         {:g} square units\n",
-               statistics.closed_objects, statistics.inner_boxes, statistics.largest_area);
+    fmt::print("closed objects          {}\ninner boxes             {}, {} of them inside of several objects\n",
+               statistics.closed_objects, statistics.inner_boxes, statistics.joined_boxes);
+    if (options.inner_shells)
+        fmt::print("inner shells            {} of {} triangles; {} could not be certified\n", statistics.inner_shells,
+                   statistics.inner_shell_triangles, statistics.inner_shell_dropped);
+    fmt::print("largest polygon         {:g} square units\n", statistics.largest_area);
     return 0;
 }
 
@@ -80,8 +113,9 @@ void add_occluders(CLI::App& app) {
     auto arguments = std::make_shared<OccludersArguments>();
     CLI::App& command = *app.add_subcommand("occluders", "The convex occluders found in a scene");
     arguments->scene.add_to(command);
-    command.add_option("-o,--output", arguments->output, "Write them as GLB, one object per polygon");
+    command.add_option("-o,--output", arguments->output, "Write them as GLB: merged triangles grey, double-sided ones green, inner boxes orange, those of several objects red, inner shells blue");
     command.add_flag("--no-merge", arguments->no_merge, "Leave coplanar triangles unmerged");
+    command.add_flag("--inner-shells", arguments->options.inner_shells, "Look for simplified shells inside dense closed meshes");
     command.add_flag("--no-inner-boxes", arguments->no_inner_boxes, "Look for no boxes inside closed meshes");
     add_common(command, arguments->common, "antumbra occluders city.glb -o occluders.glb", [arguments] { return run_occluders(*arguments); });
 }

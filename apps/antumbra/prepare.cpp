@@ -102,6 +102,7 @@ void add_prepare(CLI::App& app) {
         ->check(CLI::Range(0, 4096))
         ->capture_default_str();
     command.add_flag("--no-merge", arguments->no_merge, "Leave coplanar triangles unmerged");
+    command.add_flag("--inner-shells", arguments->occluders.inner_shells, "Look for simplified shells inside dense closed meshes");
     command.add_flag("--no-inner-boxes", arguments->no_inner_boxes, "Look for no boxes inside closed meshes");
     add_common(command, arguments->common, "antumbra prepare city.glb --pvs city.pvs -o city-prepared.pvs",
                [arguments] { return run_prepare(*arguments); });

@@ -17,6 +17,11 @@ struct OccluderOptions {
     std::uint32_t boxes_per_solid = 4;
     std::uint32_t most_joined_boxes = 1024;
     std::uint32_t inner_box_triangles = 24;
+    /// Simplified shells inside closed objects of at least `inner_shell_least` triangles, of about
+    /// `inner_shell_triangles` each. Made by meshoptimizer: the same bytes on one machine, but not on every one.
+    bool inner_shells = false;
+    std::uint32_t inner_shell_least = 512;
+    std::uint32_t inner_shell_triangles = 128;
     std::uint32_t inner_box_resolution = 12; ///< cells along the longest side of an object
     std::uint32_t most_corners = 24;         ///< of one polygon
     std::uint32_t patch_polygons = 24;       ///< owned by one patch
@@ -26,6 +31,8 @@ struct OccluderStatistics {
     std::uint64_t triangles = 0;        ///< of objects that occlude
     std::uint64_t polygons = 0;         ///< after merging, inner solids apart
     std::uint64_t inner_boxes = 0;      ///< joined ones included
+    std::uint64_t inner_shells = 0, inner_shell_triangles = 0; ///< certified
+    std::uint64_t inner_shell_dropped = 0;                     ///< triangles that could not be certified
     std::uint64_t joined_boxes = 0;     ///< inside of several objects together
     std::uint64_t closed_objects = 0;   ///< whose every edge has one triangle on either side
     std::uint64_t patches = 0;
@@ -34,8 +41,9 @@ struct OccluderStatistics {
 
 /// Every triangle of every object with kOccludes is in exactly one polygon; a polygon covers nothing that its
 /// triangles did not: they are merged only where they lie in one plane exactly (integer arithmetic on the snapped
-/// grid), share a whole edge, show the same side, and are convex together. Inner boxes touch no surface of their
-/// closed mesh and have a positive winding number (exact tests). A pure function of (scene, options).
+/// grid), share a whole edge, show the same side, and are convex together. Inner solids lie inside of closed meshes, by
+/// exact tests (docs/methods/occluders.md). A pure function of (scene, options); inner shells depend on the machine's
+/// meshoptimizer, too.
 OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options = {},
                            OccluderStatistics* statistics = nullptr);
 

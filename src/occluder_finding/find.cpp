@@ -1,6 +1,7 @@
 #include <antumbra/occluder_finding.hpp>
 
 #include "occluder_finding/inner_boxes.hpp"
+#include "occluder_finding/inner_shells.hpp"
 #include "occluder_finding/merge.hpp"
 
 #include <algorithm>
@@ -125,6 +126,25 @@ void append_box(OccluderSet& set, const InnerBox& inner, double step) {
     set.solids.push_back({box_of(inner.shell_min, inner.shell_max, step)});
 }
 
+void append_shell(OccluderSet& set, const InnerShell& shell, double step) {
+    auto base = static_cast<std::uint32_t>(set.vertices.size());
+    for (const Point& p : shell.points)
+        set.vertices.push_back(box_of(p, p, step).min);
+    for (const auto& triangle : shell.triangles) {
+        OccluderPolygon polygon;
+        polygon.first = static_cast<std::uint32_t>(set.loops.size());
+        polygon.count = 3;
+        polygon.object = shell.object;
+        polygon.synthetic = true;
+        polygon.solid = static_cast<std::uint32_t>(set.solids.size());
+        for (std::uint32_t corner : triangle)
+            set.loops.push_back(base + corner);
+        measure_occluder(set, polygon);
+        set.polygons.push_back(polygon);
+    }
+    set.solids.push_back({box_of(shell.shell_min, shell.shell_max, step)});
+}
+
 } // namespace
 
 OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, OccluderStatistics* statistics) {
@@ -151,6 +171,13 @@ OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, O
         if (box.triangles >= 6 * options.inner_box_triangles)
             append_box(set, box, scene.step());
     counts.inner_boxes = set.solids.size();
+    if (options.inner_shells)
+        for (const InnerShell& shell : find_inner_shells(scene, welded.vertex, options)) {
+            append_shell(set, shell, scene.step());
+            ++counts.inner_shells;
+            counts.inner_shell_triangles += shell.triangles.size();
+            counts.inner_shell_dropped += shell.dropped;
+        }
     connect_occluders(set);
     group_occluders(set, options.patch_polygons);
     counts.closed_objects = inner.closed_objects;

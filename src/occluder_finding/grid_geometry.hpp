@@ -10,6 +10,7 @@ namespace antumbra::grid {
 
 __extension__ typedef __int128 Wide;
 using Point = std::array<std::int64_t, 3>;
+using Triangle = std::array<Point, 3>;
 
 inline Point point_of(const Vec3f& local, double step) {
     // Locals are exact multiples of a power of two: the division and the conversion are exact.

@@ -1,5 +1,7 @@
 #include "occluder_finding/inner_boxes.hpp"
 
+#include "occluder_finding/closed_objects.hpp"
+
 #include <algorithm>
 #include <optional>
 
@@ -7,15 +9,10 @@ namespace antumbra {
 namespace {
 
 using grid::Point;
-using Triangle = std::array<Point, 3>;
+using grid::Triangle;
 
 /// Cells times triangles that are tried one by one.
 constexpr std::size_t kMostCellTests = 1 << 18;
-
-struct Mesh {
-    std::vector<Triangle> triangles;
-    Point min, max;
-};
 
 struct GridBox {
     Point min, max;
@@ -25,55 +22,8 @@ struct GridBox {
     }
 };
 
-/// Edge balance: a surface without boundary has a winding number everywhere off itself.
-bool is_closed(const Scene& scene, const Object& object, const std::vector<std::uint32_t>& welded) {
-    struct Edge {
-        std::uint32_t low, high;
-        int balance;
-    };
-    std::vector<Edge> edges;
-    edges.reserve(3 * std::size_t(object.triangle_count));
-    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-        const TriangleIndices& triangle = scene.triangles()[object.first_triangle + t];
-        for (std::size_t c = 0; c < 3; ++c) {
-            std::uint32_t a = welded[triangle[c]], b = welded[triangle[(c + 1) % 3]];
-            edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
-        }
-    }
-    std::sort(edges.begin(), edges.end(),
-              [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
-    for (std::size_t i = 0; i < edges.size();) {
-        int balance = 0;
-        std::size_t first = i;
-        for (; i < edges.size() && edges[i].low == edges[first].low && edges[i].high == edges[first].high; ++i)
-            balance += edges[i].balance;
-        if (balance != 0)
-            return false;
-    }
-    return true;
-}
-
-Mesh mesh_of(const Scene& scene, const Object& object) {
-    Mesh mesh;
-    mesh.min = {INT64_MAX, INT64_MAX, INT64_MAX};
-    mesh.max = {INT64_MIN, INT64_MIN, INT64_MIN};
-    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-        Triangle triangle;
-        for (std::size_t c = 0; c < 3; ++c) {
-            triangle[c] = grid::point_of(scene.positions()[scene.triangles()[object.first_triangle + t][c]],
-                                         scene.step());
-            for (std::size_t k = 0; k < 3; ++k) {
-                mesh.min[k] = std::min(mesh.min[k], triangle[c][k]);
-                mesh.max[k] = std::max(mesh.max[k], triangle[c][k]);
-            }
-        }
-        mesh.triangles.push_back(triangle);
-    }
-    return mesh;
-}
-
 /// Distinct coordinates of the vertices along one axis, ascending.
-std::vector<std::int64_t> coordinates(const Mesh& mesh, std::size_t axis) {
+std::vector<std::int64_t> coordinates(const GridMesh& mesh, std::size_t axis) {
     std::vector<std::int64_t> values;
     for (const Triangle& triangle : mesh.triangles)
         for (const Point& corner : triangle)
@@ -87,7 +37,7 @@ std::vector<std::int64_t> coordinates(const Mesh& mesh, std::size_t axis) {
 /// cut at their own coordinates, others evenly.
 class Cells {
   public:
-    Cells(const Mesh& mesh, std::uint32_t resolution, bool any_winding) : mesh_(mesh), any_winding_(any_winding) {
+    Cells(const GridMesh& mesh, std::uint32_t resolution, bool any_winding) : mesh_(mesh), any_winding_(any_winding) {
         std::int64_t longest = 1;
         for (std::size_t k = 0; k < 3; ++k)
             longest = std::max(longest, mesh.max[k] - mesh.min[k]);
@@ -263,7 +213,7 @@ class Cells {
         return true;
     }
 
-    const Mesh& mesh_;
+    const GridMesh& mesh_;
     bool any_winding_, exact_ = false;
     std::array<std::vector<std::int64_t>, 3> borders_;
     std::array<int, 3> count_{};
@@ -272,7 +222,7 @@ class Cells {
 
 /// Pushes each face outward while no triangle enters: nothing that the box sweeps over on the way does so either, hence
 /// its winding number stays. To a vertex's coordinate if that helps, else by halving steps.
-void grow(GridBox& box, const Mesh& mesh) {
+void grow(GridBox& box, const GridMesh& mesh) {
     auto is_clear = [&](const GridBox& grown) {
         return std::none_of(mesh.triangles.begin(), mesh.triangles.end(),
                             [&](const Triangle& t) { return enters(grown.min, grown.max, t); });
@@ -309,25 +259,6 @@ void grow(GridBox& box, const Mesh& mesh) {
     }
 }
 
-double half_surface(const Box3f& box) {
-    Vec3f size = box.size();
-    return double(size.x) * size.y + double(size.y) * size.z + double(size.z) * size.x;
-}
-
-/// Closed objects, the largest first.
-std::vector<std::uint32_t> closed_objects(const Scene& scene, const std::vector<std::uint32_t>& welded) {
-    std::vector<std::uint32_t> list;
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
-        const Object& object = scene.objects()[o];
-        if (object.has(kOccludes) && object.triangle_count >= 4 && is_closed(scene, object, welded))
-            list.push_back(o);
-    }
-    std::stable_sort(list.begin(), list.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return half_surface(scene.objects()[a].bounds) > half_surface(scene.objects()[b].bounds);
-    });
-    return list;
-}
-
 } // namespace
 
 InnerBoxes find_inner_boxes(const Scene& scene, const std::vector<std::uint32_t>& welded,
@@ -340,7 +271,7 @@ InnerBoxes find_inner_boxes(const Scene& scene, const std::vector<std::uint32_t>
     solids.resize(std::min<std::size_t>(solids.size(), options.most_solids));
     for (std::uint32_t o : solids) {
         const Object& object = scene.objects()[o];
-        Mesh mesh = mesh_of(scene, object);
+        GridMesh mesh = mesh_of(scene, object);
         Cells cells(mesh, options.inner_box_resolution, object.has(kDoubleSided));
         double first = 0;
         for (std::uint32_t n = 0; n < options.boxes_per_solid; ++n) {

@@ -7,7 +7,7 @@ namespace {
 
 using grid::Point;
 using grid::Wide;
-using Triangle = std::array<Point, 3>;
+using grid::Triangle;
 
 int sign_of(Wide value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
@@ -56,6 +56,26 @@ bool touches(const Point& min, const Point& max, const Triangle& triangle) {
 }
 
 bool enters(const Point& min, const Point& max, const Triangle& triangle) { return meets(min, max, triangle, true); }
+
+bool are_apart(const Triangle& a, const Triangle& b) {
+    auto separates = [&](const Point& axis) {
+        Wide a0 = grid::dot(axis, a[0]), a1 = grid::dot(axis, a[1]), a2 = grid::dot(axis, a[2]);
+        Wide b0 = grid::dot(axis, b[0]), b1 = grid::dot(axis, b[1]), b2 = grid::dot(axis, b[2]);
+        return std::min({a0, a1, a2}) > std::max({b0, b1, b2}) || std::max({a0, a1, a2}) < std::min({b0, b1, b2});
+    };
+    Point of_a[3], of_b[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+        of_a[c] = grid::minus(a[(c + 1) % 3], a[c]);
+        of_b[c] = grid::minus(b[(c + 1) % 3], b[c]);
+    }
+    if (separates(grid::cross(of_a[0], of_a[1])) || separates(grid::cross(of_b[0], of_b[1])))
+        return true;
+    for (const Point& p : of_a)
+        for (const Point& q : of_b)
+            if (separates(grid::cross(p, q)))
+                return true;
+    return false;
+}
 
 bool winding_number(const Point& point, const std::vector<Triangle>& surface, int& winding) {
     winding = 0;

@@ -1,5 +1,5 @@
 #include "cull/proof.hpp"
-#include "support/make_scene.hpp"
+#include "support/ball.hpp"
 
 namespace antumbra {
 namespace {
@@ -95,6 +95,43 @@ TEST(OcclusionProof, joined_houses_hide_nothing_that_is_seen) {
     for (std::size_t m = 0; m < std::size(kMethods); ++m) {
         EXPECT_GT(counts[m].hidden * 10, counts[m].in_frustum) << kMethods[m] << " culls next to nothing";
     }
+}
+
+/// Dense meshes, whose own triangles are too small for any budget: only their inner shells hide what stands behind.
+TEST(OcclusionProof, inner_shells_hide_nothing_that_is_seen) {
+    ProofCounts with, without;
+    for (std::uint32_t trial = 0; trial < 4; ++trial) {
+        Random random(25, trial);
+        test::SceneMaker maker;
+        for (int b = 0; b < 3; ++b) {
+            maker.object("ball");
+            test::add_ball(maker, {b * 11.0, 0, random.uniform(-1, 1)}, 40, random.uniform(0, 2));
+        }
+        for (int t = 0; t < 60; ++t) {
+            Vec3d at{random.uniform(-6, 28), random.uniform(-4, 4), random.below(2) ? -7.0 : 7.0};
+            maker.object("thing").box(at, at + Vec3d{0.4, 0.4, 0.4});
+        }
+        OccluderOptions options;
+        options.inner_boxes = false;
+        Stage plain(maker.scene(), options);
+        options.inner_shells = true;
+        Stage stage(maker.scene(), options);
+        for (const char* name : {"masked", "hzb", "planes"}) {
+            auto culler = make(name, stage), other = make(name, plain);
+            ViewState state, other_state;
+            for (int f = 0; f < 3 * frames(); ++f) {
+                View view;
+                view.eye = {random.uniform(-4, 26), random.uniform(-3, 3), random.below(2) ? -9.0 : 9.0};
+                view.target = {random.uniform(-4, 26), 0, 0};
+                view.near_plane = random.uniform(0, 0.3);
+                test::prove(stage, *culler, view, state, 24, 48, random, with);
+                test::prove(plain, *other, view, other_state, 1, 0, random, without);
+                if (HasFailure())
+                    FAIL() << "trial " << trial << " frame " << f;
+            }
+        }
+    }
+    EXPECT_GT(with.hidden, without.hidden) << "shells hide more than the mesh's own triangles";
 }
 
 TEST(OcclusionProof, slits_narrower_than_a_pixel_stay_open) {
