@@ -175,6 +175,10 @@ enum class Retest : std::uint8_t { when_unmarked, always };
 struct OcclusionTreeOptions {
     /// Nodes with fewer triangles below are drawn without a test. Without CullSceneInput::triangles all are tested.
     std::uint32_t minimum_cost = 50;
+    /// `tree`: objects with fewer triangles are drawn without a test by the tree. Which nodes above objects are tested is
+    /// decided from what such tests cost and brought in the last frames, in planes tested, so that the same views give the
+    /// same answers.
+    std::uint32_t minimum_object_cost = 0;
     Retest retest = Retest::when_unmarked;
     AreaAngle area_angle = AreaAngle::viewing_direction;
     /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest
@@ -198,7 +202,7 @@ struct PublishedPlanesOptions {
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
     /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256;
-    /// `tree-fse`, `tree-fme`, `tree-fmc`: per frame, 0..256.
+    /// `tree-fse`, `tree-fme`, `tree-fmc`: per frame, 0..256; `tree`: 0..512.
     std::uint32_t occluders = 64;
     OcclusionTreeOptions tree;
     PublishedPlanesOptions published;

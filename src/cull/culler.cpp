@@ -34,6 +34,7 @@ constexpr std::array kMethods{
     Method{"tree-fse", "occlusion tree, faces of nodes split exactly (Bittner, Havran, Slavik 1998)", make_tree_fse},
     Method{"tree-fme", "modified occlusion tree without splitting, pyramid test at leaves", make_tree_fme},
     Method{"tree-fmc", "modified occlusion tree without splitting or test at leaves", make_tree_fmc},
+    Method{"tree", "planes, then an occlusion tree of many occluders for what they hide together", make_tree},
 #endif
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };

@@ -21,6 +21,7 @@ Result<CullerPointer> make_tree_f(const CullScene& scene, const CullerOptions& o
 Result<CullerPointer> make_tree_fse(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_tree_fme(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_tree_fmc(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_tree(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options);
 
 /// A number that no other culler of the process has, for ViewState::storage.

@@ -59,6 +59,22 @@ class OcclusionTree {
     /// Section 6.2, conservative: the box goes to both children of a plane that it crosses. Modified trees only.
     Visibility visibility_unsplit(const Box3d& box, LeafTest test);
 
+    // -- the modern query: one silhouette instead of three faces, only hidden or not ----------------------------------
+
+    /// A place in the tree: where queries of boxes within a box may start.
+    struct Start {
+        std::int32_t child;
+    };
+    Start root() const { return {root_}; }
+    /// The deepest place, from `start` on, whose region of the picture holds all of the box.
+    Start descend(const Box3d& box, Start start);
+    /// Certainly hidden? `start`: of descend() for this box or one around it. As exact as visibility_by_faces() where the
+    /// occluders came front to back, else conservative. If not hidden, `seen` (may be nullptr) becomes a point of the box
+    /// for is_seen() in later frames, or stays as it is if none is at hand.
+    bool hides(const Box3d& box, Start start, Vec3d* seen);
+    /// Certainly unblocked? Then no box with this point in it, within the region of `start`, is hidden. Cheap.
+    bool is_seen(const Vec3d& point, Start start);
+
     std::size_t node_count() const { return nodes_.size(); }
     std::size_t fragment_count() const { return fragments_.size(); }
     bool ran_out() const { return ran_out_; }
@@ -96,7 +112,10 @@ class OcclusionTree {
     bool face_of(const Box3d& box, int axis, std::uint32_t& plane, PicturePolygon& face);
     Visibility visibility_of(std::uint32_t plane);
     Visibility leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, const Fragment& fragment);
-    bool misses_pyramid(const Box3d& box, const Fragment& fragment);
+    /// Uses the pool from `free` on.
+    bool misses_pyramid(const Box3d& box, const Fragment& fragment, std::size_t free);
+    bool silhouette_of(const Box3d& box, PicturePolygon& silhouette);
+    void point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const;
 
     Sight sight_;
     OcclusionTreeLimits limits_;

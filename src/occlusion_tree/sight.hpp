@@ -86,8 +86,10 @@ class Sight {
         double least, most;
     };
     Range plane_range(std::uint32_t plane, const Box3d& box) const;
+    Range plane_range(std::uint32_t plane, const Vec3d& point) const { return plane_range(plane, Box3d{point, point}); }
     /// The same for a line: the certain bounds of its values over the box.
     Range line_range(LineRef line, const Box3d& box) const;
+    Range line_range(LineRef line, const Vec3d& point) const { return line_range(line, Box3d{point, point}); }
 
     const SightTally& tally() const { return tally_; }
     const Vec3d& normal_of(LineRef line) const { return lines_[line.index()].n; }

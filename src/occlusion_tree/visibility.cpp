@@ -117,13 +117,15 @@ Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
 
 /// Does the part of the box that lies in the fragment's frustum lie behind the fragment's plane? The part that comes
 /// first is that of the faces.
-bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment) {
+bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment, std::size_t free) {
+    if (free + 2 > kMostPending)
+        return false;
     signed char sides[PicturePolygon::kMost];
     bool misses = true;
     for (int axis = 0; axis < 3 && misses; ++axis) {
         Sight::Mark mark = sight_.mark();
         std::uint32_t plane;
-        PicturePolygon *piece = &pool_[0], *next = &pool_[1];
+        PicturePolygon *piece = &pool_[free], *next = &pool_[free + 1];
         bool inside = face_of(box, axis, plane, *piece);
         for (std::uint32_t e = 0; e < fragment.edges && inside && misses; ++e) {
             LineRef line = fragment_edges_[fragment.first_edge + e];
@@ -182,7 +184,7 @@ Visibility OcclusionTree::visibility_unsplit(const Box3d& box, LeafTest test) {
             if (range.most < 0)
                 here = Visibility::invisible;
             else if (range.least < 0)
-                here = test == LeafTest::pyramid && misses_pyramid(box, fragment) ? Visibility::invisible
+                here = test == LeafTest::pyramid && misses_pyramid(box, fragment, 0) ? Visibility::invisible
                                                                                  : Visibility::partial;
         }
         all = any ? combine(all, here) : here;

@@ -7,7 +7,7 @@ namespace {
 using test::ProofCounts;
 using test::Stage;
 
-const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree"};
 
 /// Frames per scene and method; a longer search with the environment variable.
 int frames() {

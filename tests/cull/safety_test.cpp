@@ -32,7 +32,7 @@ struct Builder {
     }
 };
 
-const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree"};
 
 View looking(const Vec3d& eye = {0, 0, 0}, const Vec3d& way = {0, 0, -1}) {
     View view;

@@ -1,0 +1,331 @@
+// Occlusion trees in their modern form (docs/methods/occlusion_tree.md). `planes` decides what single occluders hide.
+// Of what it leaves the tree hides what occluders hide together: one exact query per box, begun where the box around it
+// came down to, with the point that was seen last time tried first.
+#include "cull/methods.hpp"
+#include "cull/result_bits.hpp"
+#include "cull/shadow.hpp"
+#include "cull/view_planes.hpp"
+#include "occlusion_tree/tree_occluders.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace antumbra {
+namespace {
+
+constexpr std::uint32_t kMostOccluders = 512;
+constexpr std::uint32_t kMostPlanes = 64;        ///< occluders of the stage before
+constexpr std::uint32_t kStepsPerFrame = 128;    ///< nodes of the occluder tree that a frame opens
+constexpr std::uint32_t kStepsAtOnce = 8192;     ///< at first and after a jump
+constexpr double kJump = 0.02, kStep = 0.002;    ///< of the scene's size, as for planes
+constexpr int kClasses = 24;                     ///< nodes by the logarithm of what is left below
+constexpr double kForget = 0.9;                  ///< what a frame's counts keep of the frames before
+
+/// What tests of nodes of one size have cost and brought, fading. Counts of planes, not times: the same views give the
+/// same decisions on every machine.
+struct Experience {
+    double tests = 0, hidden = 0, planes = 0;
+};
+
+struct Entry {
+    std::uint32_t node;
+    OcclusionTree::Start start;
+};
+
+struct Candidate {
+    double distance;
+    std::uint32_t polygon;
+};
+
+struct State final : ViewState::Storage {
+    State(const CullScene::Data& scene, const TreeOccluders& occluders, std::uint32_t most)
+        : tree({.nodes = 48 * most + 1024, .lines = 48 * most + 4096, .fragments = 12 * most + 256}), builder(occluders, most),
+          seen(scene.wide.size() * kWidth, Vec3f{NAN, NAN, NAN}), left((scene.order.size() + 63) / 64), wanted(occluders.polygons.size()) {
+        stack.reserve(scene.stack_bound);
+        order.reserve(2 * std::size_t(most) + ConvexGroups::kMostMembers);
+        chosen.reserve(most + ConvexGroups::kMostMembers);
+    }
+    ViewState planes;
+    OccluderSearch search;
+    bool fresh = true, partial = false;
+    Vec3d searched_from;
+    OcclusionTree tree;
+    TreeBuilder builder;
+    std::vector<Vec3f> seen;          ///< per child of every wide node: a point of it that was unblocked
+    std::vector<std::uint64_t> left;  ///< by place in CullScene::Data::order: reported by planes, not hidden yet
+    std::vector<std::uint32_t> wanted; ///< per polygon: the last frame that chose it
+    std::uint32_t frame = 0;
+    std::vector<Candidate> order;     ///< chosen polygons, nearest first; kept as the start for the next frame's order
+    std::vector<std::uint32_t> chosen;
+    std::vector<Entry> stack;
+    Experience experience[kClasses];
+};
+
+class ModernTree final : public Culler {
+  public:
+    ModernTree(const CullScene& scene, const CullerOptions& options, CullerPointer planes)
+        : scene_(scene), planes_(std::move(planes)), most_(options.occluders), options_(options.tree),
+          serial_(new_culler_serial()) {
+        const CullScene::Data& data = scene.data();
+        occluders_ = TreeOccluders::build(data.occluders);
+        place_.assign(data.object_count(), 0);
+        for (std::uint32_t i = 0; i < data.order.size(); ++i)
+            place_[data.order[i]] = i;
+        if (!data.tree_box.empty())
+            size_ = std::max(1e-30, length(to_double(data.tree_box.max) - to_double(data.tree_box.min)));
+    }
+    std::string_view name() const override { return "tree"; }
+    Guarantee guarantee() const override { return Guarantee::conservative; }
+
+    void cull(const View& view, ViewState& view_state, CullResult& result) const override {
+        const CullScene::Data& scene = scene_.data();
+        auto& state = view_state.storage<State>(serial_, scene, occluders_, most_);
+        planes_->cull(view, state.planes, result);
+        // Parallel lines of sight meet nowhere: planes alone.
+        if (result.everything || *result.reason || view.projection == Projection::orthographic || scene.wide.empty())
+            return;
+        Camera camera = camera_of(view);
+        choose(camera, frustum_planes(camera, scene.tree_box), state);
+        result.counters.occluders_used = grow(camera, state, result.counters);
+        walk(state, result);
+        finish_result(result);
+    }
+
+  private:
+    // -- occluders ----------------------------------------------------------------------------------------------------
+
+    double area_angle(const OccluderPolygon& polygon, const Camera& camera) const {
+        Vec3d sight = polygon.centre - camera.eye;
+        double squared = dot(sight, sight) + 0.05 * polygon.area;
+        double towards = -dot(polygon.normal, sight) / std::sqrt(squared);
+        if (towards < 0)
+            towards = polygon.double_sided ? -towards : 0;
+        return polygon.area * towards / squared;
+    }
+
+    /// The groups of the largest area-angle, by a search that is spread over frames.
+    void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
+        const CullScene::Data& scene = scene_.data();
+        auto score_of = [&](std::uint32_t group) {
+            const ConvexGroups::Group& g = scene.groups.groups[group];
+            double sum = 0;
+            for (std::uint32_t m = g.first; m < g.first + g.count; ++m)
+                sum += area_angle(scene.occluders.polygons[scene.groups.members[m]], camera);
+            return sum;
+        };
+        double way = state.fresh ? size_ : length(camera.eye - state.searched_from);
+        bool search_all = !(way <= kJump * size_);
+        state.fresh = false;
+        if (search_all || (way > kStep * size_ && !state.search.running())) {
+            state.search.begin(scene.occluder_tree, camera.eye, 2 * most_);
+            state.searched_from = camera.eye;
+        }
+        state.partial = search_all || (state.partial && state.search.running());
+        if (state.search.running())
+            state.search.advance(scene.occluder_tree, search_all ? kStepsAtOnce : state.partial ? 16 * kStepsPerFrame : kStepsPerFrame,
+                                 score_of);
+        ++state.frame;
+        state.chosen.clear();
+        SightStart sight = sight_start(camera, scene.tree_box);
+        Box3d start = near_box(camera);
+        start.extend(camera.eye);
+        for (std::uint32_t group : state.partial ? state.search.found_so_far() : state.search.found()) {
+            if (state.chosen.size() >= most_)
+                break;
+            const ConvexGroups::Group& g = scene.groups.groups[group];
+            if (!is_in_view(g.box, planes))
+                continue;
+            for (std::uint32_t m = g.first; m < g.first + g.count && state.chosen.size() < most_; ++m)
+                if (is_usable(scene.groups.members[m], sight, start))
+                    state.chosen.push_back(scene.groups.members[m]);
+        }
+    }
+
+    static bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
+        for (int i = 0; i < planes.count; ++i) {
+            const float* n = planes.normal[i];
+            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
+                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
+            if (sum + planes.offset[i] < 0)
+                return false;
+        }
+        return true;
+    }
+
+    bool is_usable(std::uint32_t occluder, const SightStart& sight, const Box3d& start) const {
+        const OccluderSet& set = scene_.data().occluders;
+        const OccluderPolygon& polygon = set.polygons[occluder];
+        int side = facing(polygon, sight.camera);
+        if (side == 0 || !is_beyond_near(polygon, side, sight))
+            return false;
+        return !polygon.synthetic || !to_double(set.solids[polygon.solid].shell).overlaps(start);
+    }
+
+    /// The tree of this frame. The last frame's order, which is nearly right, is mended by insertion: a view that
+    /// moves little sorts in linear time. Any order gives a right tree; one from near to far gives a small one.
+    std::uint32_t grow(const Camera& camera, State& state, CullCounters& counters) const {
+        const OccluderSet& set = scene_.data().occluders;
+        for (std::uint32_t polygon : state.chosen)
+            state.wanted[polygon] = 2 * state.frame;
+        std::size_t kept = 0;
+        for (const Candidate& old : state.order)
+            if (state.wanted[old.polygon] == 2 * state.frame) {
+                state.wanted[old.polygon] = 2 * state.frame + 1;
+                state.order[kept++] = old;
+            }
+        state.order.resize(kept);
+        for (std::uint32_t polygon : state.chosen)
+            if (state.wanted[polygon] == 2 * state.frame)
+                state.order.push_back({0, polygon});
+        for (Candidate& one : state.order) {
+            Vec3d way = set.polygons[one.polygon].centre - camera.eye;
+            one.distance = dot(way, way);
+        }
+        for (std::size_t i = 1; i < state.order.size(); ++i) {
+            Candidate one = state.order[i];
+            std::size_t at = i;
+            for (; at > 0 && (state.order[at - 1].distance > one.distance ||
+                              (state.order[at - 1].distance == one.distance && state.order[at - 1].polygon > one.polygon));
+                 --at)
+                state.order[at] = state.order[at - 1];
+            state.order[at] = one;
+        }
+        state.chosen.clear();
+        for (const Candidate& one : state.order)
+            state.chosen.push_back(one.polygon);
+        state.tree.begin(camera.eye, size_, TreeForm::modified);
+        std::uint32_t used = state.builder.insert(state.tree, state.chosen, TreeBuilder::Order::as_given);
+        counters.tree_nodes = state.tree.node_count();
+        counters.tree_fragments = state.tree.fragment_count();
+        counters.budget_spent = state.tree.ran_out();
+        return used;
+    }
+
+    // -- the walk over what planes has left -----------------------------------------------------------------------------
+
+    static std::uint64_t bits_from(std::uint32_t first, std::uint32_t count, std::size_t word) {
+        std::uint32_t low = static_cast<std::uint32_t>(word * 64);
+        std::uint64_t mask = ~std::uint64_t(0);
+        if (first > low)
+            mask &= ~std::uint64_t(0) << (first - low);
+        if (first + count < low + 64)
+            mask &= (std::uint64_t(1) << (first + count - low)) - 1;
+        return mask;
+    }
+    static std::uint32_t count_left(const State& state, std::uint32_t first, std::uint32_t count) {
+        std::uint32_t sum = 0;
+        for (std::size_t word = first / 64; word <= (first + count - 1) / 64; ++word)
+            sum += static_cast<std::uint32_t>(std::popcount(state.left[word] & bits_from(first, count, word)));
+        return sum;
+    }
+    static void clear_left(State& state, std::uint32_t first, std::uint32_t count) {
+        for (std::size_t word = first / 64; word <= (first + count - 1) / 64; ++word)
+            state.left[word] &= ~bits_from(first, count, word);
+    }
+
+    /// A node is worth a test if that is expected to cost less than it saves of the tests of what is left below (the
+    /// paper's automatic minimum cost). Objects are always tested, unless they have too few triangles.
+    static bool pays(const Experience& node, const Experience& object, std::uint32_t left) {
+        double chance = (node.hidden + 1) / (node.tests + 2);
+        double cost = (node.planes + 32) / (node.tests + 1), saved = (object.planes + 32) / (object.tests + 1);
+        return cost < chance * left * saved;
+    }
+
+    void walk(State& state, CullResult& result) const {
+        const CullScene::Data& scene = scene_.data();
+        CullCounters& counters = result.counters;
+        std::fill(state.left.begin(), state.left.end(), 0);
+        for (std::size_t word = 0; word < result.visible.size(); ++word)
+            for (std::uint64_t rest = result.visible[word] & ~scene.always_visible[word]; rest; rest &= rest - 1) {
+                std::uint32_t at = place_[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))];
+                state.left[at / 64] |= std::uint64_t(1) << (at % 64);
+            }
+        Experience now[kClasses];
+        state.stack.clear();
+        if (state.tree.fragment_count() > 0)
+            state.stack.push_back({0, state.tree.root()});
+        while (!state.stack.empty()) {
+            Entry entry = state.stack.back();
+            state.stack.pop_back();
+            const CullNode& node = scene.wide[entry.node];
+            ++counters.nodes_visited;
+            for (std::uint32_t slot = 0; slot < node.used; ++slot) {
+                std::uint32_t left = count_left(state, node.first[slot], node.count[slot]);
+                if (left == 0)
+                    continue;
+                bool object = node.child[slot] & kObjectChild;
+                auto size = object ? 0 : std::min(kClasses - 1, static_cast<int>(std::bit_width(left)));
+                Box3d box = to_double(node.box(static_cast<int>(slot)));
+                OcclusionTree::Start start = object ? entry.start : state.tree.descend(box, entry.start);
+                bool test = object ? is_dear(node.child[slot] & ~kObjectChild)
+                                   : pays(state.experience[size], state.experience[0], left);
+                counters.tests_saved += !test;
+                if (test && is_hidden(box, start, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size])) {
+                    ++counters.hidden_by_tree;
+                    clear_left(state, node.first[slot], node.count[slot]);
+                } else if (!object) {
+                    state.stack.push_back({node.child[slot], start});
+                }
+                counters.tree_tests += test;
+            }
+        }
+        for (int c = 0; c < kClasses; ++c) {
+            state.experience[c].tests = kForget * state.experience[c].tests + now[c].tests;
+            state.experience[c].hidden = kForget * state.experience[c].hidden + now[c].hidden;
+            state.experience[c].planes = kForget * state.experience[c].planes + now[c].planes;
+        }
+        counters.tree_planes_tested = state.tree.planes_tested();
+        take_left(state, result);
+    }
+
+    bool is_dear(std::uint32_t object) const {
+        const std::vector<std::uint32_t>& triangles = scene_.data().triangles;
+        return triangles.empty() || triangles[object] >= options_.minimum_object_cost;
+    }
+
+    bool is_hidden(const Box3d& box, OcclusionTree::Start start, Vec3f& seen, State& state, Experience& now) const {
+        std::uint64_t before = state.tree.planes_tested();
+        bool hidden = false;
+        if (!(box.contains(to_double(seen)) && state.tree.is_seen(to_double(seen), start))) {
+            Vec3d point{NAN, NAN, NAN};
+            hidden = state.tree.hides(box, start, &point);
+            seen = {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)};
+        }
+        now.tests += 1;
+        now.hidden += hidden;
+        now.planes += double(state.tree.planes_tested() - before);
+        return hidden;
+    }
+
+    void take_left(const State& state, CullResult& result) const {
+        const CullScene::Data& scene = scene_.data();
+        std::copy(scene.always_visible.begin(), scene.always_visible.end(), result.visible.begin());
+        for (std::size_t word = 0; word < state.left.size(); ++word)
+            for (std::uint64_t rest = state.left[word]; rest; rest &= rest - 1)
+                mark_visible(result, scene.order[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))]);
+    }
+
+    CullScene scene_;
+    CullerPointer planes_;
+    std::uint32_t most_;
+    OcclusionTreeOptions options_;
+    double size_ = 1;
+    std::uint64_t serial_;
+    TreeOccluders occluders_;
+    std::vector<std::uint32_t> place_; ///< of an object in CullScene::Data::order
+};
+
+} // namespace
+
+Result<CullerPointer> make_tree(const CullScene& scene, const CullerOptions& options) {
+    if (options.occluders > kMostOccluders)
+        return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than tree takes; use at most 512");
+    CullerOptions stage = options;
+    stage.occluders = std::min(options.occluders, kMostPlanes);
+    Result<CullerPointer> planes = make_planes(scene, stage);
+    if (!planes)
+        return planes.status();
+    return CullerPointer(std::make_unique<ModernTree>(scene, options, std::move(*planes)));
+}
+
+} // namespace antumbra
