@@ -58,6 +58,11 @@ void add_generate(CLI::App& app) {
     command
         .add_option("--copies", arguments->options.copies, "apartment only: a block of so many equal flats")
         ->capture_default_str();
+    command.add_option("--storeys", arguments->options.storeys, "office only: so many; 0: in proportion")
+        ->capture_default_str();
+    command
+        .add_option("--plants", arguments->options.plants, "office only: exactly so many, spread at random; 0: in proportion")
+        ->capture_default_str();
     add_common(command, arguments->common, "antumbra generate apartment -o apartment.glb",
                [arguments] { return run_generate(*arguments); });
 }

@@ -21,6 +21,8 @@ Result<RawScene> generate(std::string_view kind, const GenerateOptions& options)
     for (std::size_t i = 0; i < std::size(kNames); ++i) {
         if (kNames[i] == kind && options.copies != 1 && kind != "apartment")
             return Status(ErrorCode::usage, "only the apartment can be copied, not the " + std::string(kind));
+        if (kNames[i] == kind && (options.storeys != 0 || options.plants != 0) && kind != "office")
+            return Status(ErrorCode::usage, "only the office takes a number of storeys or plants, not the " + std::string(kind));
         if (kNames[i] == kind)
             return kGenerators[i](options);
         known += (i ? ", " : "") + std::string(kNames[i]);

@@ -25,6 +25,7 @@ constexpr double kDoorLeft = 0.5, kDoorRight = 1.4, kDoorHeight = 2.1;
 constexpr int kBoards = 4, kBooksPerPlace = 16, kPlacesPerShelf = kBoards + 1;
 
 constexpr std::uint64_t kDefaultTriangles = 120'000, kSmallest = 4'000, kLargest = 50'000'000;
+constexpr std::uint32_t kMostStoreys = 200;
 
 struct Office {
     Modeller modeller{"generate office"};
@@ -39,21 +40,22 @@ struct Office {
     std::vector<Place> book_places, plant_places;
 
     double east() const { return kLobby + kWall + rooms_per_side * kBay; } // where the last partition ends
-    void plan(std::uint64_t triangles);
+    void plan(std::uint64_t triangles, std::uint32_t wanted_storeys);
     void slabs(double y, const std::string& name, bool hole);
     void lobby(double y, const std::string& name, bool stairs);
     void room(const Frame& frame, const std::string& name, double left, double right, double corridor_left,
               double corridor_right, Random random);
     void furnish(const Frame& frame, const std::string& name, Random& random);
     void storey(int level);
-    void fill(std::uint64_t triangles);
+    void fill(std::uint64_t triangles, std::uint32_t wanted_plants);
 };
 
 /// As many rooms as the size asks for, in a building of sensible proportions.
-void Office::plan(std::uint64_t triangles) {
+void Office::plan(std::uint64_t triangles, std::uint32_t wanted_storeys) {
     // Of each room's 1,820 triangles about 560 are walls and furniture, 730 plants and 530 books.
     double rooms = std::max(2.0, double(triangles) / 1820);
-    storeys = std::max(1, static_cast<int>(std::sqrt(rooms) / 3 + 0.5));
+    storeys = wanted_storeys > 0 ? static_cast<int>(wanted_storeys)
+                                 : std::max(1, static_cast<int>(std::sqrt(rooms) / 3 + 0.5));
     rooms_per_side = std::max(1, static_cast<int>(rooms / (2.0 * storeys) + 0.5));
 }
 
@@ -197,7 +199,7 @@ void Office::storey(int level) {
 }
 
 /// Plants and books until `triangles` are reached.
-void Office::fill(std::uint64_t triangles) {
+void Office::fill(std::uint64_t triangles, std::uint32_t wanted_plants) {
     std::uint64_t left = triangles > modeller.triangle_count() ? triangles - modeller.triangle_count() : 0;
     std::uint64_t most_books = book_places.size() * kBooksPerPlace;
     std::uint64_t plants = left * 6 / 10 / kPlantTriangles;
@@ -205,7 +207,9 @@ void Office::fill(std::uint64_t triangles) {
     if (left - plants * kPlantTriangles > most_books * 12)
         plants = (left - most_books * 12) / kPlantTriangles + 1;
     plants = std::min<std::uint64_t>({plants, plant_places.size(), left / kPlantTriangles});
-    std::uint64_t all_books = std::min((left - plants * kPlantTriangles) / 12, most_books);
+    if (wanted_plants > 0)
+        plants = wanted_plants;
+    std::uint64_t all_books = std::min((left - std::min(left, plants * kPlantTriangles)) / 12, most_books);
     Random random(seed, 0x706c616e, 0x6f666669);
     for (std::uint64_t i = 0; i < plants; ++i) { // a random choice without repetition
         auto other = i + random.below(static_cast<std::uint32_t>(plant_places.size() - i));
@@ -237,11 +241,18 @@ Result<RawScene> office(const GenerateOptions& options) {
                                             std::to_string(triangles));
     Office office;
     office.seed = options.seed;
-    office.plan(triangles);
+    if (options.storeys > kMostStoreys)
+        return Status(ErrorCode::usage, "an office has at most " + std::to_string(kMostStoreys) + " storeys, not " +
+                                            std::to_string(options.storeys));
+    office.plan(triangles, options.storeys);
     for (int level = 0; level < office.storeys; ++level)
         office.storey(level);
     office.slabs(office.storeys * kPitch, "roof", false);
-    office.fill(triangles);
+    if (options.plants > office.plant_places.size())
+        return Status(ErrorCode::usage, "an office of this size has room for " +
+                                            std::to_string(office.plant_places.size()) + " plants, not " +
+                                            std::to_string(options.plants) + "; give it more --triangles or --storeys");
+    office.fill(triangles, options.plants);
     return office.modeller.finish();
 }
 

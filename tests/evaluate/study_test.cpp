@@ -122,5 +122,46 @@ TEST(Study, TheReportCarriesStudies) {
     EXPECT_NE(page->find("\"source\":\"Nobody, 1900\""), std::string::npos);
 }
 
+TEST(Study, BittnersTreesDrawLessTheMoreOccludersTheyHaveAndLoseNothing) {
+    GenerateOptions generate_options;
+    generate_options.triangles = 40000;
+    generate_options.storeys = 3;
+    generate_options.plants = 20;
+    auto raw = generate("office", generate_options);
+    ASSERT_TRUE(raw) << raw.status().message();
+    auto scene = Scene::create(std::move(*raw));
+    ASSERT_TRUE(scene);
+    PathOptions path_options;
+    path_options.frames = 10;
+    auto path = find_path(*scene, path_options);
+    ASSERT_TRUE(path) << path.status().message();
+    StudyOptions options;
+    options.path = path->views;
+    options.width = 96;
+    options.height = 54;
+    options.repeat = 1;
+    options.draw = false;
+    auto study = run_study("bittner", *scene, options);
+    ASSERT_TRUE(study) << study.status().message();
+    EXPECT_EQ(problem_of(*study), nullptr);
+    double frustum = 0, fewest = 1e300, most = 0;
+    for (const StudyRow& row : study->tables[0].rows) {
+        if (row.origin == StudyOrigin::published)
+            continue;
+        EXPECT_EQ(row.cells[8].number, 0) << "pixels lost by " << row.cells[1].words;
+        if (row.cells[1].words == "F")
+            frustum = row.cells[3].number;
+        if (row.cells[1].words != "FME")
+            continue;
+        if (row.cells[2].number == 8)
+            most = row.cells[3].number;
+        fewest = std::min(fewest, row.cells[3].number);
+    }
+    EXPECT_LT(most, frustum);
+    EXPECT_LT(fewest, most);
+    EXPECT_LT(fewest * 2, frustum);
+    EXPECT_EQ(run_study("bittner", *scene).status().code(), ErrorCode::usage) << "no path";
+}
+
 } // namespace
 } // namespace antumbra

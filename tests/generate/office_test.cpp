@@ -68,5 +68,26 @@ TEST(Office, the_default_is_the_published_file) {
     EXPECT_NE(test::sha256_of(made("office", {0, 2})), test::sha256_of(made("office")));
 }
 
+TEST(Office, takes_a_number_of_storeys_and_of_plants) {
+    GenerateOptions options;
+    options.storeys = 7;
+    options.plants = 100;
+    RawScene scene = made("office", options);
+    std::uint32_t plants = 0, roofs = 0, floors = 0;
+    for (const RawObject& object : scene.objects) {
+        plants += object.name.starts_with("plant ");
+        roofs += object.name == "roof/slab lobby";
+        floors += object.name.ends_with("/slab lobby");
+    }
+    EXPECT_EQ(plants, 100u);
+    EXPECT_EQ(floors - roofs, 7u);
+    EXPECT_NEAR(double(scene.triangles.size()), 120'000, 12'000);
+    test::expect_sound(scene, building(scene));
+    options.plants = 1'000'000;
+    EXPECT_EQ(generate("office", options).status().code(), ErrorCode::usage);
+    options.plants = 1;
+    EXPECT_EQ(generate("city", options).status().code(), ErrorCode::usage);
+}
+
 } // namespace
 } // namespace antumbra

@@ -19,6 +19,8 @@ struct Entry {
 };
 
 constexpr std::array kStudies{
+    Entry{"bittner", "polygons, overhead, frame time and speed-up against the number of occluders (Bittner et al. 1998)",
+          study_bittner},
     Entry{"coorg-teller", "polygons left, culling and drawing time, time against walking speed (Coorg, Teller 1997)",
           study_coorg_teller},
 };

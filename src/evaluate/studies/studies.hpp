@@ -5,6 +5,7 @@
 
 namespace antumbra {
 
+Result<Study> study_bittner(const Scene& scene, const StudyOptions& options, const Job& job);
 Result<Study> study_coorg_teller(const Scene& scene, const StudyOptions& options, const Job& job);
 
 } // namespace antumbra
