@@ -144,6 +144,11 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
             row.sum.boxes_tested += result.counters.boxes_tested;
             row.sum.nodes_visited += result.counters.nodes_visited;
             row.sum.relations_cached += result.counters.relations_cached;
+            row.sum.tree_tests += result.counters.tree_tests;
+            row.sum.tree_queries += result.counters.tree_queries;
+            row.sum.tree_nodes += result.counters.tree_nodes;
+            row.sum.tree_planes_tested += result.counters.tree_planes_tested;
+            row.sum.hidden_by_tree += result.counters.hidden_by_tree;
             row.sum.relations_made += result.counters.relations_made;
             for (std::size_t word = 0; word < truth.seen[f].size(); ++word)
                 row.lost += std::uint64_t(__builtin_popcountll(truth.seen[f][word] & ~result.visible[word]));
@@ -259,6 +264,10 @@ void run(const std::string& path, const Options& options) {
         if (row.sum.occluders_used)
             std::printf("%-16s per frame: %.1f occluders, %.0f of eight boxes with one of them\n", "",
                         double(row.sum.occluders_used) / frames, double(row.sum.shadow_tests) / frames);
+        if (row.sum.tree_tests)
+            std::printf("%-16s tree per frame: %.0f nodes, %.0f boxes tested, %.0f queries, %.0f hidden, %.0f planes tested\n", "",
+                        double(row.sum.tree_nodes) / frames, double(row.sum.tree_tests) / frames, double(row.sum.tree_queries) / frames,
+                        double(row.sum.hidden_by_tree) / frames, double(row.sum.tree_planes_tested) / frames);
         if (row.sum.relations_made)
             std::printf("%-16s relations per frame: %.0f made, %.0f cached\n", "",
                         double(row.sum.relations_made) / frames, double(row.sum.relations_cached) / frames);

@@ -106,6 +106,7 @@ struct CullCounters {
     std::uint64_t tree_nodes = 0;         ///< shadow planes in the occlusion tree
     std::uint64_t tree_fragments = 0;     ///< its leaves that are in shadow
     std::uint64_t tree_tests = 0;         ///< boxes put to the occlusion tree
+    std::uint64_t tree_queries = 0;       ///< `tree`: those of them that the point seen last time did not decide
     std::uint64_t tree_planes_tested = 0; ///< shadow planes that polygons and boxes were put to, building included
     std::uint64_t tests_saved = 0;        ///< boxes not tested: too cheap to draw, or visible in part last time
     std::uint64_t hidden_by_tree = 0;     ///< boxes (of nodes and objects) that the occlusion tree hides

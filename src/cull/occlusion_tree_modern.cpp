@@ -260,7 +260,8 @@ class ModernTree final : public Culler {
                 bool test = object ? is_dear(node.child[slot] & ~kObjectChild)
                                    : pays(state.experience[size], state.experience[0], left);
                 counters.tests_saved += !test;
-                if (test && is_hidden(box, start, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size])) {
+                if (test && is_hidden(box, start, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size],
+                                      counters.tree_queries)) {
                     ++counters.hidden_by_tree;
                     clear_left(state, node.first[slot], node.count[slot]);
                 } else if (!object) {
@@ -283,12 +284,14 @@ class ModernTree final : public Culler {
         return triangles.empty() || triangles[object] >= options_.minimum_object_cost;
     }
 
-    bool is_hidden(const Box3d& box, OcclusionTree::Start start, Vec3f& seen, State& state, Experience& now) const {
+    bool is_hidden(const Box3d& box, OcclusionTree::Start start, Vec3f& seen, State& state, Experience& now,
+                   std::uint64_t& queries) const {
         std::uint64_t before = state.tree.planes_tested();
         bool hidden = false;
         if (!(box.contains(to_double(seen)) && state.tree.is_seen(to_double(seen), start))) {
             Vec3d point{NAN, NAN, NAN};
             hidden = state.tree.hides(box, start, &point);
+            ++queries;
             seen = {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)};
         }
         now.tests += 1;

@@ -66,6 +66,12 @@ OcclusionTree::Start OcclusionTree::descend(const Box3d& box, Start start) {
     return {child};
 }
 
+/// Certainly in front of the fragment's plane, or exactly on it: what lies in an occluder's plane is not hidden by it, and
+/// a box with such a point reaches in front of the plane or has a face in it. (Exactly: planes across an axis only.)
+bool OcclusionTree::is_before(const Fragment& fragment, const Vec3d& point) const {
+    return sight_.plane_range(fragment.plane, point).least > 0 || sight_.is_on_axis_plane(fragment.plane, point);
+}
+
 bool OcclusionTree::is_seen(const Vec3d& point, Start start) {
     Child child = start.child;
     while (child >= 0) {
@@ -79,23 +85,29 @@ bool OcclusionTree::is_seen(const Vec3d& point, Start start) {
         else
             return false;
     }
-    return child == kOut || sight_.plane_range(fragments_[fragment_of(child)].plane, point).least > 0;
+    return child == kOut || is_before(fragments_[fragment_of(child)], point);
 }
 
-/// Somewhere in the box in the middle of a piece of its outline.
-void OcclusionTree::point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const {
+/// Where a sight line in the middle of a piece of the outline enters the box.
+bool OcclusionTree::point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const {
     Vec3d way{};
     for (int i = 0; i < piece.count; ++i)
         way += piece[i].at.d;
-    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    double enter = 0;
+    int entered = -1;
     for (int axis = 0; axis < 3; ++axis) {
-        double a = (box.min[axis] - sight_.eye()[axis]) / way[axis], b = (box.max[axis] - sight_.eye()[axis]) / way[axis];
-        enter = std::max(enter, std::min(a, b));
-        leave = std::min(leave, std::max(a, b));
+        double near = way[axis] > 0 ? box.min[axis] : box.max[axis];
+        double t = (near - sight_.eye()[axis]) / way[axis];
+        if (t > enter) {
+            enter = t;
+            entered = axis;
+        }
     }
-    Vec3d p = sight_.eye() + way * (enter + 0.01 * (leave - enter));
-    if (box.contains(p))
-        seen = p;
+    if (entered < 0)
+        return false;
+    seen = sight_.eye() + way * enter;
+    seen[entered] = way[entered] > 0 ? box.min[entered] : box.max[entered];
+    return box.contains(seen);
 }
 
 bool OcclusionTree::hides(const Box3d& box, Start start, Vec3d* seen) {
@@ -135,10 +147,19 @@ bool OcclusionTree::hides(const Box3d& box, Start start, Vec3d* seen) {
             const Fragment& fragment = fragments_[fragment_of(work.child)];
             Sight::Range range = sight_.plane_range(fragment.plane, box);
             // Where the plane crosses the box, what lies in the fragment's frustum decides.
-            here = range.most < 0 || (range.least < 0 && misses_pyramid(box, fragment, work.polygon + 1));
+            here = range.most < 0;
+            if (!here && range.least < 0) {
+                // A point in front is found without splitting, mostly.
+                Vec3d point;
+                if (!point_in_sight(box, pool_[work.polygon], point) || !is_before(fragment, point))
+                    here = misses_pyramid(box, fragment, work.polygon + 1);
+            }
         }
-        if (!here && seen)
-            point_in_sight(box, pool_[work.polygon], *seen);
+        if (!here && seen) {
+            Vec3d point;
+            if (point_in_sight(box, pool_[work.polygon], point))
+                *seen = point;
+        }
         hidden = here;
     }
     sight_.forget(mark);

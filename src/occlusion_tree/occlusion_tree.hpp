@@ -115,7 +115,8 @@ class OcclusionTree {
     /// Uses the pool from `free` on.
     bool misses_pyramid(const Box3d& box, const Fragment& fragment, std::size_t free);
     bool silhouette_of(const Box3d& box, PicturePolygon& silhouette);
-    void point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const;
+    bool point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const;
+    bool is_before(const Fragment& fragment, const Vec3d& point) const;
 
     Sight sight_;
     OcclusionTreeLimits limits_;

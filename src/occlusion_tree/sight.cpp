@@ -8,6 +8,7 @@ namespace {
 
 /// Half an ulp of 1. The bounds below count roundings to first order and then take about twice as many.
 constexpr double kUnit = 0x1p-53;
+constexpr double kOnePlane = 8; ///< error of the meeting of a plane with itself: nowhere in front or behind
 
 double norm(const Vec3d& v) { return std::sqrt(dot(v, v)); }
 
@@ -76,6 +77,10 @@ LineRef Sight::add_edge(std::uint32_t a, std::uint32_t b) {
 }
 
 std::uint32_t Sight::add_plane(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    // Walls and floors mostly: no rounding, and whether two of them are one plane is seen at once.
+    for (int axis = 0; axis < 3; ++axis)
+        if (points_[a][axis] == points_[b][axis] && points_[a][axis] == points_[c][axis])
+            return add_axis_plane(axis, points_[a][axis]);
     Vec3d u = points_[b] - points_[a], v = points_[c] - points_[a];
     Plane plane{cross(u, v), 0, 0, 0, 3, 0, a, b, c};
     plane.n_error = normalise(plane.n, 16 * kUnit * norm(u) * norm(v));
@@ -96,6 +101,12 @@ std::uint32_t Sight::add_axis_plane(int axis, double at) {
 LineRef Sight::add_meeting(std::uint32_t farther, std::uint32_t nearer) {
     const Plane &f = planes_[farther], &g = planes_[nearer];
     Line line{f.n * g.distance - g.n * f.distance, 0, true, farther, nearer};
+    if (f.axis < 3 && f.axis == g.axis && f.at == g.at) {
+        line.n = {0, 0, 0};
+        line.error = kOnePlane;
+        lines_.push_back(line);
+        return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
+    }
     double sum = f.distance + g.distance;
     line.error = normalise(line.n, f.n_error * g.distance + g.distance_error + g.n_error * f.distance +
                                        f.distance_error + 8 * kUnit * sum);
@@ -139,6 +150,8 @@ int Sight::side(LineRef ref, const Direction& direction) const {
     } else if (!line.meeting && (direction.point == line.a || direction.point == line.b)) {
         return 0;
     }
+    if (line.error == kOnePlane)
+        return 0;
     double value = dot(line.n, direction.d);
     double bound = line.error + direction.error + line.error * direction.error + 8 * kUnit;
     if (std::abs(value) > bound) {

@@ -87,6 +87,10 @@ class Sight {
     };
     Range plane_range(std::uint32_t plane, const Box3d& box) const;
     Range plane_range(std::uint32_t plane, const Vec3d& point) const { return plane_range(plane, Box3d{point, point}); }
+    /// Exactly on the plane? Only known of planes across an axis; false for others.
+    bool is_on_axis_plane(std::uint32_t plane, const Vec3d& point) const {
+        return planes_[plane].axis < 3 && point[planes_[plane].axis] == planes_[plane].at;
+    }
     /// The same for a line: the certain bounds of its values over the box.
     Range line_range(LineRef line, const Box3d& box) const;
     Range line_range(LineRef line, const Vec3d& point) const { return line_range(line, Box3d{point, point}); }
