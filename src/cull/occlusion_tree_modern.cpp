@@ -20,6 +20,9 @@ constexpr std::uint32_t kStepsAtOnce = 8192;     ///< at first and after a jump
 constexpr double kJump = 0.02, kStep = 0.002;    ///< of the scene's size, as for planes
 constexpr int kClasses = 24;                     ///< nodes by the logarithm of what is left below
 constexpr double kForget = 0.9;                  ///< what a frame's counts keep of the frames before
+constexpr double kQuery = 8;                     ///< what a test costs besides the planes it puts the box to, in planes
+constexpr double kObjectWorth = 64;              ///< what drawing an object costs besides its triangles, in planes
+constexpr std::uint32_t kProbeFrames = 8, kProbeShare = 4; ///< where tests do not pay: each so-manieth, to see if they do now
 
 /// What tests of nodes of one size have cost and brought, fading. Counts of planes, not times: the same views give the
 /// same decisions on every machine.
@@ -71,6 +74,8 @@ class ModernTree final : public Culler {
         place_.assign(data.object_count(), 0);
         for (std::uint32_t i = 0; i < data.order.size(); ++i)
             place_[data.order[i]] = i;
+        for (std::uint32_t triangles : data.triangles)
+            mean_triangles_ += double(triangles) / double(data.triangles.size());
         if (!data.tree_box.empty())
             size_ = std::max(1e-30, length(to_double(data.tree_box.max) - to_double(data.tree_box.min)));
     }
@@ -85,9 +90,14 @@ class ModernTree final : public Culler {
         if (result.everything || *result.reason || view.projection == Projection::orthographic || scene.wide.empty())
             return;
         Camera camera = camera_of(view);
+        ++state.frame;
+        // Where single occluders hide nearly all that is hidden the tree rests, but for a probe now and then.
+        bool rests = cost(state.experience[0]) >= chance(state.experience[0]) * (kObjectWorth + mean_triangles_);
+        if (rests && state.frame % kProbeFrames != 0)
+            return;
         choose(camera, frustum_planes(camera, scene.tree_box), state);
         result.counters.occluders_used = grow(camera, state, result.counters);
-        walk(state, result);
+        walk(rests, state, result);
         finish_result(result);
     }
 
@@ -124,7 +134,6 @@ class ModernTree final : public Culler {
         if (state.search.running())
             state.search.advance(scene.occluder_tree, search_all ? kStepsAtOnce : state.partial ? 16 * kStepsPerFrame : kStepsPerFrame,
                                  score_of);
-        ++state.frame;
         state.chosen.clear();
         SightStart sight = sight_start(camera, scene.tree_box);
         Box3d start = near_box(camera);
@@ -223,15 +232,24 @@ class ModernTree final : public Culler {
             state.left[word] &= ~bits_from(first, count, word);
     }
 
-    /// A node is worth a test if that is expected to cost less than it saves of the tests of what is left below (the
-    /// paper's automatic minimum cost). Objects are always tested, unless they have too few triangles.
-    static bool pays(const Experience& node, const Experience& object, std::uint32_t left) {
-        double chance = (node.hidden + 1) / (node.tests + 2);
-        double cost = (node.planes + 32) / (node.tests + 1), saved = (object.planes + 32) / (object.tests + 1);
-        return cost < chance * left * saved;
+    // The paper's minimum cost, found automatically: a test is made if it is expected to cost less than it saves.
+
+    static double chance(const Experience& e) { return (e.hidden + 1) / (e.tests + 2); }
+    static double cost(const Experience& e) { return kQuery + (e.planes + 32) / (e.tests + 1); }
+
+    /// A node saves the tests of what is left below.
+    static bool node_pays(const Experience& node, const Experience& object, std::uint32_t left) {
+        return cost(node) < chance(node) * left * cost(object);
+    }
+    /// An object saves its drawing.
+    bool object_pays(const Experience& object, std::uint32_t index) const {
+        const std::vector<std::uint32_t>& triangles = scene_.data().triangles;
+        if (!triangles.empty() && triangles[index] < options_.minimum_object_cost)
+            return false;
+        return cost(object) < chance(object) * (kObjectWorth + (triangles.empty() ? 0 : triangles[index]));
     }
 
-    void walk(State& state, CullResult& result) const {
+    void walk(bool probe, State& state, CullResult& result) const {
         const CullScene::Data& scene = scene_.data();
         CullCounters& counters = result.counters;
         std::fill(state.left.begin(), state.left.end(), 0);
@@ -257,8 +275,9 @@ class ModernTree final : public Culler {
                 auto size = object ? 0 : std::min(kClasses - 1, static_cast<int>(std::bit_width(left)));
                 Box3d box = to_double(node.box(static_cast<int>(slot)));
                 OcclusionTree::Start start = object ? entry.start : state.tree.descend(box, entry.start);
-                bool test = object ? is_dear(node.child[slot] & ~kObjectChild)
-                                   : pays(state.experience[size], state.experience[0], left);
+                bool test = object ? object_pays(state.experience[0], node.child[slot] & ~kObjectChild) ||
+                                         (probe && (node.child[slot] + state.frame / kProbeFrames) % kProbeShare == 0)
+                                   : node_pays(state.experience[size], state.experience[0], left);
                 counters.tests_saved += !test;
                 if (test && is_hidden(box, start, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size],
                                       counters.tree_queries)) {
@@ -277,11 +296,6 @@ class ModernTree final : public Culler {
         }
         counters.tree_planes_tested = state.tree.planes_tested();
         take_left(state, result);
-    }
-
-    bool is_dear(std::uint32_t object) const {
-        const std::vector<std::uint32_t>& triangles = scene_.data().triangles;
-        return triangles.empty() || triangles[object] >= options_.minimum_object_cost;
     }
 
     bool is_hidden(const Box3d& box, OcclusionTree::Start start, Vec3f& seen, State& state, Experience& now,
@@ -312,7 +326,7 @@ class ModernTree final : public Culler {
     CullerPointer planes_;
     std::uint32_t most_;
     OcclusionTreeOptions options_;
-    double size_ = 1;
+    double size_ = 1, mean_triangles_ = 0;
     std::uint64_t serial_;
     TreeOccluders occluders_;
     std::vector<std::uint32_t> place_; ///< of an object in CullScene::Data::order
