@@ -92,7 +92,7 @@ bool OcclusionTree::is_seen(const Vec3d& point, Start start) {
 bool OcclusionTree::point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const {
     Vec3d way{};
     for (int i = 0; i < piece.count; ++i)
-        way += piece[i].at.d;
+        way += piece[i].at.d / piece[i].at.size;
     double enter = 0;
     int entered = -1;
     for (int axis = 0; axis < 3; ++axis) {

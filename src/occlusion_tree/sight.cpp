@@ -8,9 +8,10 @@ namespace {
 
 /// Half an ulp of 1. The bounds below count roundings to first order and then take about twice as many.
 constexpr double kUnit = 0x1p-53;
-constexpr double kOnePlane = 8; ///< error of the meeting of a plane with itself: nowhere in front or behind
 
 double norm(const Vec3d& v) { return std::sqrt(dot(v, v)); }
+/// Not less than the length, without a root.
+double size_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
 /// `v`, off by at most `error`, made a unit vector; how far the true unit vector can be.
 double normalise(Vec3d& v, double error) {
@@ -70,8 +71,8 @@ std::uint32_t Sight::add_point(const Vec3d& point) {
 
 LineRef Sight::add_edge(std::uint32_t a, std::uint32_t b) {
     const Vec3d &u = offsets_[a], &v = offsets_[b];
-    Line line{cross(u, v), 0, false, a, b};
-    line.error = normalise(line.n, 16 * kUnit * std::sqrt(dot(u, u) * dot(v, v)));
+    Line line{cross(u, v), 16 * kUnit * size_of(u) * size_of(v), 0, false, false, a, b};
+    line.size = size_of(line.n);
     lines_.push_back(line);
     return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
 }
@@ -100,16 +101,11 @@ std::uint32_t Sight::add_axis_plane(int axis, double at) {
 
 LineRef Sight::add_meeting(std::uint32_t farther, std::uint32_t nearer) {
     const Plane &f = planes_[farther], &g = planes_[nearer];
-    Line line{f.n * g.distance - g.n * f.distance, 0, true, farther, nearer};
-    if (f.axis < 3 && f.axis == g.axis && f.at == g.at) {
-        line.n = {0, 0, 0};
-        line.error = kOnePlane;
-        lines_.push_back(line);
-        return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
-    }
-    double sum = f.distance + g.distance;
-    line.error = normalise(line.n, f.n_error * g.distance + g.distance_error + g.n_error * f.distance +
-                                       f.distance_error + 8 * kUnit * sum);
+    Line line{f.n * g.distance - g.n * f.distance, 0, 0, true, false, farther, nearer};
+    line.nowhere = f.axis < 3 && f.axis == g.axis && f.at == g.at;
+    line.error = f.n_error * g.distance + g.distance_error + g.n_error * f.distance + f.distance_error +
+                 8 * kUnit * (f.distance + g.distance);
+    line.size = size_of(line.n);
     lines_.push_back(line);
     return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
 }
@@ -119,18 +115,18 @@ bool Sight::is_in_front(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
 }
 
 Direction Sight::toward(std::uint32_t point) const {
-    Direction direction{offsets_[point], 0, point, {}, {}};
-    direction.error = normalise(direction.d, 2 * kUnit * norm(direction.d));
-    return direction;
+    double size = size_of(offsets_[point]);
+    return {offsets_[point], 2 * kUnit * size, size, point, {}, {}};
 }
 
 Direction Sight::crossing(LineRef edge, LineRef line, bool rising) const {
-    Direction x{{}, 0, kNoPoint, rising ? line : edge, rising ? edge : line};
+    Direction x{{}, 0, 0, kNoPoint, rising ? line : edge, rising ? edge : line};
     const Line &e = lines_[edge.index()], &l = lines_[line.index()];
     x.d = cross(e.n, l.n) * (rising == (edge.turned() == line.turned()) ? -1.0 : 1.0);
-    x.error = normalise(x.d, e.error + l.error + e.error * l.error + 8 * kUnit);
+    x.error = e.error * l.size + l.error * e.size + e.error * l.error + 8 * kUnit * e.size * l.size;
+    x.size = size_of(x.d);
     // Lines of two edges that share an end meet there: a corner of a mesh stays one and the same direction.
-    if (!e.meeting && !l.meeting && x.error < 0.1)
+    if (!e.meeting && !l.meeting && x.error < 0.1 * x.size)
         for (std::uint32_t shared : {e.a, e.b})
             if ((shared == l.a || shared == l.b) && dot(x.d, offsets_[shared]) > 0)
                 return toward(shared);
@@ -150,10 +146,11 @@ int Sight::side(LineRef ref, const Direction& direction) const {
     } else if (!line.meeting && (direction.point == line.a || direction.point == line.b)) {
         return 0;
     }
-    if (line.error == kOnePlane)
+    if (line.nowhere)
         return 0;
     double value = dot(line.n, direction.d);
-    double bound = line.error + direction.error + line.error * direction.error + 8 * kUnit;
+    double bound = line.error * direction.size + direction.error * line.size + line.error * direction.error +
+                   8 * kUnit * line.size * direction.size;
     if (std::abs(value) > bound) {
         ++tally_.filtered;
         return (value > 0) != ref.turned() ? 1 : -1;
@@ -236,7 +233,7 @@ Sight::Range Sight::line_range(LineRef ref, const Box3d& box) const {
         double n = ref.turned() ? -line.n[axis] : line.n[axis];
         range.least += n * (n > 0 ? low : high);
         range.most += n * (n > 0 ? high : low);
-        slack += (line.error + 16 * kUnit) * std::max(std::abs(low), std::abs(high));
+        slack += (line.error + 16 * kUnit * line.size) * std::max(std::abs(low), std::abs(high));
     }
     return {range.least - slack, range.most + slack};
 }

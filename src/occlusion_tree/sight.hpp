@@ -29,10 +29,10 @@ struct LineRef {
 
 inline constexpr std::uint32_t kNoPoint = 0xFFFFFFFFu;
 
-/// Unit length up to rounding; the true direction is within `error` of `d`.
+/// Of any length; the true vector is within `error` of `d`.
 struct Direction {
     Vec3d d;
-    double error = 0;
+    double error = 0, size = 0; ///< size: of d, at least
     std::uint32_t point = kNoPoint; ///< an input point, or the crossing first x second
     LineRef first, second;
 };
@@ -96,13 +96,13 @@ class Sight {
     Range line_range(LineRef line, const Vec3d& point) const { return line_range(line, Box3d{point, point}); }
 
     const SightTally& tally() const { return tally_; }
-    const Vec3d& normal_of(LineRef line) const { return lines_[line.index()].n; }
 
   private:
     struct Line {
-        Vec3d n;      ///< unit length
-        double error; ///< the true unit normal is within
+        Vec3d n;            ///< of any length
+        double error, size; ///< the true normal is within `error`; size: of n, at least
         bool meeting;
+        bool nowhere;       ///< the meeting of a plane with itself: nothing is in front or behind
         std::uint32_t a, b; ///< points of an edge, planes of a meeting
     };
     struct Plane {
