@@ -20,8 +20,9 @@ set(parts report_template=${report}/template.html report_style=${report}/report.
 set(page ${CMAKE_CURRENT_BINARY_DIR}/report_page.cpp)
 add_custom_command(
   OUTPUT ${page}
-  COMMAND ${CMAKE_COMMAND} -DOUTPUT=${page} "-DPARTS=${parts}" -P ${CMAKE_CURRENT_LIST_DIR}/EmbedReport.cmake
+  COMMAND ${CMAKE_COMMAND} -DOUTPUT=${page} -DHEADER=evaluate/report/report_page.hpp -DNAMESPACE=antumbra
+          "-DPARTS=${parts}" -P ${CMAKE_CURRENT_LIST_DIR}/EmbedText.cmake
   DEPENDS ${report}/template.html ${report}/report.css ${report}/report.js ${uplot}/uPlot.min.css
-          ${uplot}/uPlot.iife.min.js ${CMAKE_CURRENT_LIST_DIR}/EmbedReport.cmake
+          ${uplot}/uPlot.iife.min.js ${CMAKE_CURRENT_LIST_DIR}/EmbedText.cmake
   COMMENT "Embedding the report's page" VERBATIM)
 target_sources(antumbra_evaluate PRIVATE ${page})

@@ -71,5 +71,6 @@ void add_prove(CLI::App& app);
 void add_cull(CLI::App& app);
 void add_occluders(CLI::App& app);
 void add_prepare(CLI::App& app);
+void add_view(CLI::App& app);
 
 } // namespace antumbra::app

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
     add_cull(app);
     add_occluders(app);
     add_prepare(app);
+    add_view(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& error) {

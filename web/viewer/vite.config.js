@@ -1,6 +1,9 @@
 // One page that carries everything: it opens from disk, loads nothing and is what `antumbra view` serves.
+import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
+
+const packageFolder = fileURLToPath(new URL('../antumbra', import.meta.url));
 
 /** glTF has a decoder of its own, which we carry; DRACOLoader also names the general ones, 1.4 MB that nobody asks for. */
 const withoutGeneralDraco = {
@@ -12,6 +15,8 @@ const withoutGeneralDraco = {
 
 export default defineConfig({
   base: './',
+  // The package as it lies beside; its WebAssembly is made by the build of the C++ part.
+  resolve: { alias: [{ find: /^antumbra$/, replacement: `${packageFolder}/src/index.js` }, { find: /^antumbra\/cull$/, replacement: `${packageFolder}/src/cull.js` }] },
   plugins: [withoutGeneralDraco, viteSingleFile({ removeViteModuleLoader: true })],
   optimizeDeps: { exclude: ['three'] },
   build: {

@@ -1,17 +1,18 @@
 // A .pvs as the viewer needs it, read by the package `antumbra`.
-import type { Box3, Vector3 } from 'three';
+import { Box3, Vector3 } from 'three';
+import { open, type Pvs } from 'antumbra';
+import { CullScene } from 'antumbra/cull';
 import type { Cell } from './cells';
-import type { Method } from './culling';
-import type { Model } from './model';
+import { PackageMethod, titleOf, type Method } from './culling';
+import { plural, size, whole } from './dom';
+import { breathe, type Model } from './model';
 
 export interface Bake {
   name: string;
   guarantee: string;
   facts: [string, string][];
   cells: Cell[];
-  methods: Method[];
-  /** Set if the file and the scene do not belong together. */
-  problem: string;
+  method: Method;
   /** Number in the file of an object of the model; -1: not in it. */
   idOf(index: number): number;
   /** Object of the model with that number in the file; -1: none. */
@@ -20,6 +21,110 @@ export interface Bake {
   dispose(): void;
 }
 
-export async function openBake(name: string, _bytes: ArrayBuffer, _model: Model, _byOrder: boolean): Promise<Bake> {
-  throw new Error(`${name}: no reader yet`);
+/** Above this, cells are not counted: the picture would be a fog of boxes. */
+const mostCells = 40_000;
+
+/** Opens a .pvs for a model. Refuses a damaged one and one of another scene; says which. `byOrder`: object i of the file is
+ * object i of the model, as the server has checked. */
+export async function openBake(name: string, bytes: ArrayBuffer, model: Model, byOrder: boolean): Promise<Bake> {
+  let pvs: Pvs;
+  try {
+    pvs = await open(bytes);
+  } catch (error) {
+    throw new Error(`${name}: ${error instanceof Error ? error.message : error}`);
+  }
+  const { info } = pvs;
+  const modelOf = byOrder ? Int32Array.from({ length: info.objectCount }, (_, i) => (i < model.objects.length ? i : -1)) : match(pvs, model);
+  if (!byOrder && structureOf(pvs, model, modelOf) !== info.structureFingerprint) {
+    pvs.dispose();
+    throw new Error(`${name}: baked from another scene than ${model.name}, or from an older version of it; bake it again`);
+  }
+  const idOfModel = new Int32Array(model.objects.length).fill(-1);
+  modelOf.forEach((index, id) => { if (index >= 0) idOfModel[index] = id; });
+  const scene = await CullScene.fromPvs(pvs);
+  const boxAt = (eye: Vector3): Box3 | null => {
+    const cell = info.grid ? pvs.cellAt(eye.toArray()) : -1;
+    return cell < 0 ? null : boxOf(pvs.cell(cell));
+  };
+  const cellAt = (eye: Vector3): number | null => {
+    const cell = info.grid ? pvs.cellAt(eye.toArray()) : -1;
+    return cell < 0 ? null : cell;
+  };
+  return {
+    name, guarantee: info.guarantee, facts: factsOf(name, pvs), cells: await countCells(pvs),
+    method: new PackageMethod('pvs', titleOf('pvs'), scene.createCuller('pvs'), modelOf, cellAt),
+    idOf: (index) => idOfModel[index], indexOf: (id) => modelOf[id] ?? -1, boxAt,
+    dispose: () => {
+      scene.dispose();
+      pvs.dispose();
+    },
+  };
+}
+
+const boxOf = ({ min, max }: { min: number[]; max: number[] }): Box3 => new Box3(new Vector3().fromArray(min), new Vector3().fromArray(max));
+
+/** For each object of the file the model's object with the same node, primitive and instance. */
+function match(pvs: Pvs, model: Model): Int32Array {
+  const keyed = new Map(model.objects.map(({ node, primitive, instance, index }) => [`${node}/${primitive}/${instance}`, index]));
+  const keys = pvs.keys(), found = new Int32Array(keys.length / 3);
+  for (let id = 0; id < found.length; ++id)
+    found[id] = keyed.get(`${keys[3 * id]}/${keys[3 * id + 1]}/${keys[3 * id + 2]}`) ?? -1;
+  return found;
+}
+
+/** FNV-1a over node, primitive, instance and triangles of each object of the file, with the triangles that the model has. */
+function structureOf(pvs: Pvs, model: Model, modelOf: Int32Array): bigint {
+  const keys = pvs.keys(), words = new Int32Array(4), bytes = new Uint8Array(words.buffer);
+  // 64 bits in four pieces of 16, lowest first: BigInt takes a microsecond for every byte.
+  const hash = [0x2325, 0x8422, 0x9ce4, 0xcbf2], prime = [0x01b3, 0x0000, 0x0100, 0x0000];
+  for (let id = 0; id < modelOf.length; ++id) {
+    const index = modelOf[id];
+    words.set([keys[3 * id], keys[3 * id + 1], keys[3 * id + 2],
+      index >= 0 ? model.objects[index].triangles : model.moving.get(`${keys[3 * id]}/${keys[3 * id + 1]}`) ?? -1]);
+    for (const byte of bytes) {
+      hash[0] ^= byte;
+      const a = hash[0] * prime[0];
+      const b = hash[1] * prime[0] + (a >>> 16);
+      const c = hash[2] * prime[0] + hash[0] * prime[2] + Math.floor(b / 65536);
+      const d = hash[3] * prime[0] + hash[1] * prime[2] + Math.floor(c / 65536);
+      hash[0] = a & 0xffff;
+      hash[1] = b & 0xffff;
+      hash[2] = c & 0xffff;
+      hash[3] = d & 0xffff;
+    }
+  }
+  return hash.reduceRight((sum, piece) => (sum << 16n) | BigInt(piece), 0n);
+}
+
+async function countCells(pvs: Pvs): Promise<Cell[]> {
+  const { cellCount, grid } = pvs.info;
+  if (!grid || cellCount > mostCells) return [];
+  const view = pvs.createView(), cells: Cell[] = [];
+  let clock = performance.now();
+  for (let i = 0; i < cellCount; ++i) {
+    if (performance.now() - clock > 8) {
+      await breathe();
+      clock = performance.now();
+    }
+    const cell = pvs.cell(i), box = boxOf(cell);
+    const seen = cell.kind === 'baked' ? view.query({ eye: box.getCenter(new Vector3()).toArray() }).count : cell.kind === 'solid' ? -2 : -1;
+    cells.push({ box, seen });
+  }
+  view.dispose();
+  return cells;
+}
+
+function factsOf(name: string, pvs: Pvs): [string, string][] {
+  const { info } = pvs;
+  const options = info.options as { holdout_rays_per_cell?: number; holdout_misses?: number; holdout_rays?: number };
+  const facts: [string, string][] = [
+    ['.pvs', `${name}, ${size(info.fileBytes)}`],
+    ['baked by', `${info.method}, Antumbra ${info.toolVersion}`],
+    ['promise', info.guarantee],
+    ['cells', info.grid ? `${info.grid.count.join(' × ')} = ${whole(info.cellCount)}` : `a view tree of ${plural(info.treeNodes, 'node')}`],
+    ['visibility', size(info.visibilityBytes)],
+  ];
+  if (options.holdout_rays)
+    facts.push(['missed rays', `${whole(options.holdout_misses ?? 0)} of ${whole(options.holdout_rays)}`]);
+  return facts;
 }

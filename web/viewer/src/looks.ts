@@ -29,7 +29,7 @@ export function colourOf(name: string): number {
 export class Looks {
   private readonly lights = new Group();
   private readonly palette = new Map<string, MeshLambertMaterial>();
-  private readonly sky = new HemisphereLight(0xffffff, 0x8f8878, 1.9);
+  private readonly sky = new HemisphereLight(0xffffff, 0xcfc8bb, 1.9);
   private readonly sun = new DirectionalLight(0xfff3e0, 2.1);
   private readonly fill = new DirectionalLight(0xdfe9ff, 0.7);
 
@@ -45,9 +45,9 @@ export class Looks {
     const sky = new Color(dark ? 0x1b1f24 : 0xe6eaea);
     this.scene.background = sky;
     this.scene.fog = new Fog(sky, extent * 0.35, extent * 2.6);
-    this.sky.intensity = dark ? 1.35 : 1.9;
-    this.sun.intensity = dark ? 1.5 : 2.1;
-    this.fill.intensity = dark ? 0.55 : 0.7;
+    this.sky.intensity = dark ? 1.0 : 1.75;
+    this.sun.intensity = dark ? 0.95 : 1.35;
+    this.fill.intensity = dark ? 0.4 : 0.55;
   }
 
   /** The file's own materials, or the palette. */
@@ -65,6 +65,7 @@ export class Looks {
       material = new MeshLambertMaterial({
         color: colour, side: both ? DoubleSide : FrontSide, flatShading: flat, transparent: source.transparent,
         opacity: source.transparent ? 0.35 : 1, depthWrite: !source.transparent,
+        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
       });
       this.palette.set(key, material);
     }

@@ -12,6 +12,7 @@ import { download, fetchPath, findOffer, type Offer, type PathFrame } from './se
 import { setUpStick } from './stick';
 import './style.css';
 import { isDark, setUpTheme } from './theme';
+import { methodsOf, type Method } from './culling';
 import { Viewer, type FrameReport } from './viewer';
 import { overviewOf } from './walker';
 
@@ -54,10 +55,11 @@ async function takeScene(source: SceneSource): Promise<void> {
   sceneBytes = source.bytes.byteLength;
   const gltf = await loadScene(source, viewer.renderer);
   const model = await makeModel(source.name, gltf, (share) => showProgress(`Preparing ${source.name}`, share));
+  const methods = await methodsOf(model);
   dropBake();
   path = null;
   byId('tour').hidden = true;
-  viewer.setModel(model);
+  viewer.setModel(model, methods);
   byId('welcome').hidden = true;
   byId('tools').hidden = byId('keys').hidden = false;
   document.documentElement.dataset.scene = 'yes';
@@ -81,10 +83,13 @@ async function takeScene(source: SceneSource): Promise<void> {
 }
 
 function dropBake(): void {
+  if (viewer.model) {
+    viewer.setMethods(viewer.methods.filter((method) => method.name !== 'pvs'));
+    viewer.setCells(null);
+  }
   bake?.dispose();
   bake = null;
   chosen.bake = null;
-  if (viewer.model) viewer.setCells(null);
   byId('cells-row').hidden = byId('legend').hidden = true;
 }
 
@@ -96,9 +101,8 @@ async function takeBake(name: string, bytes: ArrayBuffer, byOrder = false): Prom
   dropBake();
   bake = opened;
   chosen.bake = bake;
-  if (bake.problem) say(bake.problem, 'note');
-  viewer.setMethods([...viewer.methods.slice(0, 2), ...bake.methods]);
-  viewer.method = viewer.methods.find(({ name: method }) => method === 'pvs') ?? viewer.method;
+  viewer.setMethods([...viewer.methods.filter((method) => method.name !== 'pvs'), bake.method]);
+  viewer.method = bake.method;
   viewer.setCells(bake.cells);
   byId('cells-row').hidden = bake.cells.length === 0;
   showCells('none');
@@ -147,7 +151,7 @@ function fromAddress(): boolean {
     return numbers.length === 3 && numbers.every(Number.isFinite) ? new Vector3(...numbers) : null;
   };
   const method = viewer.methods.find(({ name }) => name === wish.get('method'));
-  if (method) chooseMethod(method.name);
+  if (method) void chooseMethod(method.name);
   const eye = vector('eye'), to = vector('to');
   if (!eye || !to) return false;
   viewer.walker.lookAt(eye, to);
@@ -162,16 +166,29 @@ function fillMethods(): void {
     const radio = element('input', { type: 'radio', name: 'method', value: method.name, title: `${method.title} (${i + 1})` }) as HTMLInputElement;
     const row = element('tr', { 'data-method': method.name, title: method.title },
       element('th', { scope: 'row' }, element('label', {}, radio, method.name)), element('td'), element('td'), element('td'));
-    row.addEventListener('click', () => chooseMethod(method.name));
+    row.addEventListener('click', () => void chooseMethod(method.name));
     return row;
   }));
   byId('second').replaceChildren(...viewer.methods.map(({ name }) => element('option', { value: name }, name)));
-  chooseMethod(viewer.method!.name);
+  void chooseMethod(viewer.method!.name);
 }
 
-function chooseMethod(name: string): void {
+/** Some methods look for occluders before their first answer. */
+async function makeReady(method: Method): Promise<boolean> {
+  if (!method.prepare) return true;
+  let ready = false;
+  await attempt(async () => {
+    showProgress(`Finding occluders for ${method.name}`, null);
+    await breathe();
+    await method.prepare?.();
+    ready = true;
+  });
+  return ready;
+}
+
+async function chooseMethod(name: string): Promise<void> {
   const method = viewer.methods.find((entry) => entry.name === name);
-  if (!method) return;
+  if (!method || !(await makeReady(method)) || !viewer.methods.includes(method)) return;
   viewer.method = method;
   viewer.recull();
   for (const row of byId('methods').querySelectorAll<HTMLElement>('tbody tr')) {
@@ -294,9 +311,8 @@ function goOutside(): void {
 
 function setCompared(on: boolean): void {
   if (!viewer.model) return;
-  const order = ['none', 'frustum', 'pvs'], now = viewer.method!.name;
-  const other = now === 'frustum' ? viewer.methods[viewer.methods.length - 1].name : order.includes('frustum') ? 'frustum' : 'none';
-  viewer.second = on ? viewer.methods.find(({ name }) => name === other) ?? viewer.methods[0] : null;
+  const other = viewer.method!.name === 'frustum' ? 'none' : 'frustum';
+  viewer.second = on ? viewer.methods.find(({ name }) => name === other)! : null;
   byId('compare').setAttribute('aria-pressed', String(on));
   byId('second-row').hidden = byId('halves').hidden = !on;
   if (on) byId<HTMLSelectElement>('second').value = viewer.second!.name;
@@ -354,7 +370,7 @@ addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || /^(SELECT|TEXTAREA)$/.test(target.tagName) || (target as HTMLInputElement).type === 'search') return;
   const key = event.key.toLowerCase();
   if (viewer.model && actions[key]) actions[key]();
-  else if (viewer.model && /^[1-9]$/.test(key)) chooseMethod(viewer.methods[Number(key) - 1]?.name ?? '');
+  else if (viewer.model && /^[1-9]$/.test(key)) void chooseMethod(viewer.methods[Number(key) - 1]?.name ?? '');
 });
 
 byId('walk').addEventListener('click', () => setFlying(false));
@@ -367,14 +383,17 @@ byId('screenshot').addEventListener('click', actions.p);
 byId('help').addEventListener('click', toggleHelp);
 byId('grip').addEventListener('click', () => openSheet(!byId('panel').classList.contains('open')));
 byId('now').addEventListener('click', () => { if (innerWidth <= 736) openSheet(!byId('panel').classList.contains('open')); });
-byId('second').addEventListener('change', (event) => {
-  viewer.second = viewer.methods.find(({ name }) => name === (event.target as HTMLSelectElement).value)!;
+byId('second').addEventListener('change', async (event) => {
+  const method = viewer.methods.find(({ name }) => name === (event.target as HTMLSelectElement).value)!;
+  if (!(await makeReady(method)) || !viewer.second) return;
+  viewer.second = method;
   viewer.recull();
 });
 byId('cells').addEventListener('change', (event) => showCells((event.target as HTMLSelectElement).value as CellChoice));
 const checkbox = (id: string, set: (on: boolean) => void): void =>
   byId(id).addEventListener('change', (event) => { set((event.target as HTMLInputElement).checked); viewer.redraw(); });
 checkbox('show-hidden', (on) => { viewer.showHidden = on; });
+checkbox('show-ink', (on) => { viewer.showInk = on; });
 checkbox('show-outside', (on) => { viewer.showOutside = on; });
 checkbox('own-materials', (on) => viewer.useOwnMaterials(on));
 byId('find').addEventListener('change', (event) => {

@@ -4,7 +4,7 @@ import {
   MeshBasicMaterial, Object3D, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { Cells, type Cell, type CellChoice } from './cells';
-import { ask, emptyAnswer, FrustumCulling, NoCulling, type Answer, type Method } from './culling';
+import { ask, emptyAnswer, type Answer, type Method } from './culling';
 import { Looks } from './looks';
 import { disposeModel, extentOf, type Model, type SceneObject } from './model';
 import { Picking } from './picking';
@@ -44,6 +44,7 @@ export class Viewer {
   frozen: PerspectiveCamera | null = null;
   showHidden = true;
   showOutside = false;
+  showInk = true;
   cellChoice: CellChoice = 'none';
   onFrame: (left: FrameReport, right: FrameReport | null) => void = () => {};
   private readonly scene = new Scene();
@@ -55,7 +56,7 @@ export class Viewer {
   private wires: Wires | null = null;
   private cells: Cells | null = null;
   private answers: [Answer, Answer, Answer] | null = null;
-  private frustum: FrustumCulling | null = null;
+  private frustum: Method | null = null;
   private cullNeeded = true;
   private renderNeeded = true;
   private dark = false;
@@ -80,17 +81,18 @@ export class Viewer {
   }
 
   /** Takes the place of the scene before. */
-  setModel(model: Model): void {
+  setModel(model: Model, methods: Method[]): void {
     this.clear();
     this.model = model;
     const count = model.objects.length;
     this.states = new States(count);
     this.answers = [emptyAnswer(count), emptyAnswer(count), emptyAnswer(count)];
-    this.frustum = new FrustumCulling(model);
+    this.frustum = methods.find(({ name }) => name === 'frustum')!;
     this.picking = new Picking(model);
-    this.setMethods([new NoCulling(), this.frustum]);
+    this.method = this.frustum;
+    this.setMethods(methods);
     this.scene.add(model.rest);
-    this.wires = new Wires(model, this.states, () => this.redraw());
+    this.wires = new Wires(model, () => this.redraw());
     this.overlay.add(this.wires.group);
     const extent = extentOf(model.bounds);
     this.camera.near = extent * 2e-4;
@@ -118,7 +120,6 @@ export class Viewer {
     if (!this.model) return;
     this.wires!.group.removeFromParent();
     this.wires!.dispose();
-    this.states!.dispose();
     this.model.rest.removeFromParent();
     disposeModel(this.model);
     this.world.children = [];
@@ -127,7 +128,7 @@ export class Viewer {
 
   setMethods(methods: Method[]): void {
     this.methods = methods;
-    this.method = methods.find(({ name }) => name === this.method?.name) ?? methods[methods.length - 1];
+    this.method = methods.find(({ name }) => name === this.method?.name) ?? this.frustum;
     this.second = methods.find(({ name }) => name === this.second?.name) ?? null;
     this.recull();
   }
@@ -149,6 +150,7 @@ export class Viewer {
     if (this.model) this.looks.setTheme(dark, extentOf(this.model.bounds));
     this.wires?.hidden.setColour(colourOf('bad'));
     this.wires?.outside.setColour(colourOf('muted'));
+    this.wires?.ink.setColour(dark ? '#0b0d10' : '#3a352c');
     this.cells?.setAccent(colourOf('accent'));
     (this.pyramid.material as LineBasicMaterial).color.set(colourOf('accent'));
     this.redraw();
@@ -279,6 +281,7 @@ export class Viewer {
     if (this.wires) {
       this.wires.hidden.group.visible = this.showHidden;
       this.wires.outside.group.visible = this.showOutside;
+      this.wires.ink.group.visible = this.showInk;
     }
     const half = Math.floor(width / 2), [first, second, third] = this.answers!;
     const left = this.drawHalf(this.method, first, third, 0, this.second ? half : width, height);
@@ -305,6 +308,7 @@ export class Viewer {
     for (const object of model!.objects) if (answer.visible[object.index]) list.push(object.mesh);
     this.world.children = list;
     const [outOfView, hidden, drawn] = this.states!.set(answer.visible, inFrustum.visible);
+    this.wires?.update(this.states!);
     renderer.setViewport(x, 0, width, height);
     renderer.setScissor(x, 0, width, height);
     renderer.setScissorTest(true);

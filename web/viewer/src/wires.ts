@@ -1,79 +1,118 @@
-// The edges of all objects as one set of lines: one draw call whatever is hidden. A texture with one state per object
-// decides in the vertex shader which lines exist. Until edges are ready, and for objects beyond the budget, boxes stand in.
+// The edges of all objects as lines: of the hidden ones in red, of those out of view in grey, of the drawn ones as the thin
+// ink of a drawing. All three share one buffer of end points; each has a list of the segments that it shows, so that a
+// frame costs three draw calls and as many segments as there are to see. Until edges are ready, and for objects beyond
+// the budget, boxes stand in.
 import {
-  BufferAttribute, BufferGeometry, Color, EdgesGeometry, Float32BufferAttribute, GLSL3, Group, LineSegments, ShaderMaterial,
-  Vector3,
+  BufferAttribute, BufferGeometry, DynamicDrawUsage, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Vector3,
 } from 'three';
 import { breathe, type Model, type SceneObject } from './model';
-import { hidden, outOfView, type States } from './states';
+import { drawn, hidden, outOfView, type States } from './states';
 
 const mostSegments = 900_000;
 const corners = [0, 1, 1, 3, 3, 2, 2, 0, 4, 5, 5, 7, 7, 6, 6, 4, 0, 4, 1, 5, 2, 6, 3, 7];
 
-const vertexShader = `
-  in float owner;
-  uniform highp usampler2D states;
-  uniform uint shown;
-  void main() {
-    int id = int(owner);
-    uint state = texelFetch(states, ivec2(id % 1024, id / 1024), 0).r;
-    gl_Position = state == shown ? projectionMatrix * modelViewMatrix * vec4(position, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-  }`;
-const fragmentShader = `
-  uniform vec3 colour;
-  uniform float opacity;
-  out vec4 result;
-  void main() { result = vec4(colour, opacity); }`;
+/** End points of the segments of all objects, those of one object in a row. */
+interface Segments {
+  positions: BufferAttribute;
+  /** Object i has the end points first[i] to first[i + 1]. */
+  first: Uint32Array;
+  /** Are those of object i only its box? */
+  isBox: Uint8Array;
+  /** 0, 1, 2, ..: what lists are copied from. */
+  counting: Uint32Array;
+}
 
-/** Lines of one state. `through`: how much of them shows behind other things. */
+/** The segments of all objects in one state. `behind`: how strongly they show behind other things. */
 class StateLines {
   readonly group = new Group();
-  private readonly materials: ShaderMaterial[];
-  constructor(geometry: BufferGeometry, states: States, shown: number, private readonly strength: number, through: number) {
-    this.materials = [strength, through].map((opacity, behind) => new ShaderMaterial({
-      glslVersion: GLSL3, vertexShader, fragmentShader, transparent: true, depthWrite: false, depthTest: behind === 0,
-      uniforms: { states: { value: states.texture }, shown: { value: shown }, colour: { value: new Color() }, opacity: { value: opacity } },
-    }));
-    for (const material of this.materials) {
-      if (material.uniforms.opacity.value === 0) continue;
-      const lines = new LineSegments(geometry, material);
-      lines.frustumCulled = false;
-      lines.matrixAutoUpdate = false;
+  private readonly materials: LineBasicMaterial[] = [];
+  private geometry = new BufferGeometry();
+
+  constructor(private readonly state: number, private readonly withBoxes: boolean, opacity: number, behind: number) {
+    for (const [depthTest, strength] of [[true, opacity], [false, behind]] as const) {
+      if (strength === 0) continue;
+      const material = new LineBasicMaterial({ transparent: true, opacity: strength, depthTest, depthWrite: false, fog: this.state !== hidden });
+      const lines = new LineSegments(this.geometry, material);
+      lines.frustumCulled = lines.matrixAutoUpdate = false;
       lines.renderOrder = 5;
+      this.materials.push(material);
       this.group.add(lines);
     }
   }
-  setColour(colour: string): void { for (const material of this.materials) material.uniforms.colour.value.set(colour); }
-  setGeometry(geometry: BufferGeometry): void {
-    for (const child of this.group.children) (child as LineSegments).geometry = geometry;
+
+  setColour(colour: string): void { for (const material of this.materials) material.color.set(colour); }
+
+  setSegments({ positions }: Segments): void {
+    this.geometry.dispose();
+    this.geometry = new BufferGeometry();
+    this.geometry.setAttribute('position', positions);
+    for (const lines of this.group.children) (lines as LineSegments).geometry = this.geometry;
   }
-  dispose(): void { for (const material of this.materials) material.dispose(); }
-  get isStrong(): boolean { return this.strength > 0.5; }
+
+  /** Lists the segments of the objects that are in its state. */
+  list({ first, isBox, counting }: Segments, states: Uint8Array): void {
+    let index = this.geometry.index;
+    let needed = 0;
+    const takes = (i: number): boolean => states[i] === this.state && (this.withBoxes || !isBox[i]);
+    for (let i = 0; i < states.length; ++i) if (takes(i)) needed += first[i + 1] - first[i];
+    if (!index || index.count < needed) {
+      // A buffer on the card cannot grow: a new one, with room to spare.
+      const size = Math.min(counting.length, Math.ceil(needed * 1.5) + 1024);
+      const old = this.geometry;
+      this.geometry = new BufferGeometry();
+      this.geometry.setAttribute('position', old.attributes.position);
+      index = new BufferAttribute(new Uint32Array(size), 1).setUsage(DynamicDrawUsage);
+      this.geometry.setIndex(index);
+      old.deleteAttribute('position');
+      old.dispose();
+      for (const lines of this.group.children) (lines as LineSegments).geometry = this.geometry;
+    }
+    const list = index.array as Uint32Array;
+    let at = 0;
+    for (let i = 0; i < states.length; ++i)
+      if (takes(i)) {
+        list.set(counting.subarray(first[i], first[i + 1]), at);
+        at += first[i + 1] - first[i];
+      }
+    index.clearUpdateRanges();
+    index.addUpdateRange(0, Math.max(1, at));
+    index.needsUpdate = true;
+    this.geometry.setDrawRange(0, at);
+  }
+
+  dispose(): void {
+    this.geometry.dispose();
+    for (const material of this.materials) material.dispose();
+  }
 }
 
 export class Wires {
   readonly group = new Group();
-  readonly hidden: StateLines;
-  readonly outside: StateLines;
-  private geometry: BufferGeometry;
+  readonly hidden = new StateLines(hidden, true, 0.8, 0.2);
+  readonly outside = new StateLines(outOfView, true, 0.3, 0);
+  readonly ink = new StateLines(drawn, false, 0.3, 0);
+  private segments: Segments;
   private stopped = false;
 
-  constructor(private readonly model: Model, states: States, private readonly onReady: () => void) {
-    this.geometry = boxLines(model.objects);
-    this.hidden = new StateLines(this.geometry, states, hidden, 0.75, 0.2);
-    this.outside = new StateLines(this.geometry, states, outOfView, 0.28, 0);
-    this.group.add(this.outside.group, this.hidden.group);
+  constructor(private readonly model: Model, private readonly onReady: () => void) {
+    this.segments = gather(model.objects.map(boxSegments), new Uint8Array(model.objects.length).fill(1));
+    this.group.add(this.ink.group, this.outside.group, this.hidden.group);
+    for (const lines of this.all) lines.setSegments(this.segments);
     void this.refine();
+  }
+  private get all(): StateLines[] { return [this.hidden, this.outside, this.ink]; }
+
+  /** For the picture that is drawn next. */
+  update(states: States): void {
+    for (const lines of this.all) if (lines.group.visible) lines.list(this.segments, states.values);
   }
 
   dispose(): void {
     this.stopped = true;
-    this.geometry.dispose();
-    this.hidden.dispose();
-    this.outside.dispose();
+    for (const lines of this.all) lines.dispose();
   }
 
-  /** Edges between faces that turn by more than 25 degrees, geometry by geometry, smallest first, in slices of 6 ms. */
+  /** Edges between faces that turn by more than 25 degrees, simplest objects first, in slices of 6 ms. */
   private async refine(): Promise<void> {
     const users = new Map<BufferGeometry, SceneObject[]>();
     for (const object of this.model.objects) {
@@ -81,73 +120,51 @@ export class Wires {
       list ? list.push(object) : users.set(object.mesh.geometry, [object]);
     }
     const order = [...users.entries()].sort((a, b) => a[1][0].triangles - b[1][0].triangles);
-    const chunks: Float32Array[] = [], owners: Float32Array[] = [], rest: SceneObject[] = [];
-    let segments = 0, clock = performance.now();
+    const parts: Float32Array[] = this.model.objects.map(boxSegments), isBox = new Uint8Array(parts.length).fill(1);
     const point = new Vector3();
+    let segments = 0, clock = performance.now();
     for (const [geometry, objects] of order) {
       if (this.stopped) return;
       if (performance.now() - clock > 6) {
         await breathe();
         clock = performance.now();
       }
-      const worst = objects[0].triangles * 1.5 * objects.length;
-      if (segments + Math.min(worst, mostSegments) > mostSegments || objects[0].triangles > 60_000) {
-        rest.push(...objects);
-        continue;
-      }
+      if (objects[0].triangles > 60_000) continue;
       const edges = new EdgesGeometry(geometry, 25).attributes.position;
-      if (!edges || edges.count === 0) {
-        rest.push(...objects);
-        continue;
-      }
+      if (!edges || edges.count === 0 || segments + (edges.count / 2) * objects.length > mostSegments) continue;
       for (const object of objects) {
         const positions = new Float32Array(edges.count * 3);
         for (let i = 0; i < edges.count; ++i)
           point.fromBufferAttribute(edges as BufferAttribute, i).applyMatrix4(object.mesh.matrixWorld).toArray(positions, i * 3);
-        chunks.push(positions);
-        owners.push(new Float32Array(edges.count).fill(object.index));
-        segments += edges.count / 2;
+        parts[object.index] = positions;
+        isBox[object.index] = 0;
       }
+      segments += (edges.count / 2) * objects.length;
     }
-    const boxes = boxLines(rest);
-    chunks.push(boxes.attributes.position.array as Float32Array);
-    owners.push(boxes.attributes.owner.array as Float32Array);
     await breathe();
     if (this.stopped) return;
-    const refined = new BufferGeometry();
-    refined.setAttribute('position', new BufferAttribute(joined(chunks), 3));
-    refined.setAttribute('owner', new BufferAttribute(joined(owners), 1));
-    this.geometry.dispose();
-    this.geometry = refined;
-    this.hidden.setGeometry(refined);
-    this.outside.setGeometry(refined);
+    this.segments = gather(parts, isBox);
+    for (const lines of this.all) lines.setSegments(this.segments);
     this.onReady();
   }
 }
 
-function joined(parts: Float32Array[]): Float32Array {
-  const all = new Float32Array(parts.reduce((sum, part) => sum + part.length, 0));
-  let at = 0;
-  for (const part of parts) {
-    all.set(part, at);
-    at += part.length;
-  }
-  return all;
+function gather(parts: Float32Array[], isBox: Uint8Array): Segments {
+  const first = new Uint32Array(parts.length + 1);
+  parts.forEach((part, i) => { first[i + 1] = first[i] + part.length / 3; });
+  const all = new Float32Array(first[parts.length] * 3);
+  parts.forEach((part, i) => all.set(part, first[i] * 3));
+  const counting = new Uint32Array(first[parts.length]);
+  for (let i = 0; i < counting.length; ++i) counting[i] = i;
+  return { positions: new BufferAttribute(all, 3), first, isBox, counting };
 }
 
-function boxLines(objects: SceneObject[]): BufferGeometry {
-  const positions = new Float32Array(objects.length * corners.length * 3), owners = new Float32Array(objects.length * corners.length);
-  let at = 0;
-  for (const { box, index } of objects)
-    for (const corner of corners) {
-      owners[at] = index;
-      positions[at * 3] = corner & 1 ? box.max.x : box.min.x;
-      positions[at * 3 + 1] = corner & 2 ? box.max.y : box.min.y;
-      positions[at * 3 + 2] = corner & 4 ? box.max.z : box.min.z;
-      ++at;
-    }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new Float32BufferAttribute(positions, 3));
-  geometry.setAttribute('owner', new Float32BufferAttribute(owners, 1));
-  return geometry;
+function boxSegments({ box }: SceneObject): Float32Array {
+  const positions = new Float32Array(corners.length * 3);
+  corners.forEach((corner, at) => {
+    positions[at * 3] = corner & 1 ? box.max.x : box.min.x;
+    positions[at * 3 + 1] = corner & 2 ? box.max.y : box.min.y;
+    positions[at * 3 + 2] = corner & 4 ? box.max.z : box.min.z;
+  });
+  return positions;
 }
