@@ -24,7 +24,9 @@ int main(int argc, char** argv) {
     add_cull(app);
     add_occluders(app);
     add_prepare(app);
+#ifdef ANTUMBRA_VIEWER
     add_view(app);
+#endif
     try {
         app.parse(argc, argv);
     } catch (const CLI::RuntimeError& error) {
