@@ -16,7 +16,10 @@ const withoutGeneralDraco = {
 export default defineConfig({
   base: './',
   // The package as it lies beside; its WebAssembly is made by the build of the C++ part.
-  resolve: { alias: [{ find: /^antumbra$/, replacement: `${packageFolder}/src/index.js` }, { find: /^antumbra\/cull$/, replacement: `${packageFolder}/src/cull.js` }] },
+  resolve: { alias: [
+    { find: /^antumbra$/, replacement: `${packageFolder}/src/index.js` },
+    { find: /^antumbra\/cull$/, replacement: `${packageFolder}/src/cull.js` },
+    { find: 'node:fs/promises', replacement: fileURLToPath(new URL('src/no_files.ts', import.meta.url)) }] },
   plugins: [withoutGeneralDraco, viteSingleFile({ removeViteModuleLoader: true })],
   optimizeDeps: { exclude: ['three'] },
   build: {

@@ -63,7 +63,9 @@ export async function loadScene(source: SceneSource, renderer: WebGLRenderer): P
   const textures = new KTX2Loader(manager).detectSupport(renderer);
   const loader = new GLTFLoader(manager).setDRACOLoader(draco).setKTX2Loader(textures).setMeshoptDecoder(MeshoptDecoder);
   try {
-    return await loader.parseAsync(source.bytes, source.folder ?? '');
+    const gltf = await loader.parseAsync(source.bytes, source.folder ?? '');
+    if (!gltf.scene) throw new Error('it holds no scene');
+    return gltf;
   } catch (error) {
     const reason = error instanceof Error ? error.message : String(error);
     throw new Error(`${source.name}: ` + (missing && !missing.startsWith('data:')

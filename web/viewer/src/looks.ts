@@ -11,7 +11,7 @@ const kinds: [RegExp, number][] = [
   [/ground|earth|terrain|street/, 0xc9c2ac], [/timber|beam|door|shutter|ladder|stairs|railing/, 0x8f7358],
   [/table|desk|bench|counter|shelf|board|chest|cupboard|wardrobe|pew|chair|stall|bed$/, 0xb39372],
   [/book/, 0x8d9fb0], [/barrel|jug|pot|kettle|box/, 0xa8805e], [/cloth|blanket|pillow|curtain/, 0xc7a6a0],
-  [/floor|slab|step/, 0xd4cec0], [/wall|partition|chimney|tower|church/, 0xe9e3d6], [/screen|keyboard|lamp/, 0x6f7884],
+  [/floor|slab|step/, 0xd4cec0], [/wall|partition|chimney|tower|church|piece|stone|gate/, 0xe9e3d6], [/screen|keyboard|lamp/, 0x6f7884],
   [/visitor/, 0xb88f6c], [/metal|gear|roller|screw|shaft|spring/, 0xa3abb5],
 ];
 /** For everything else: muted colours, picked by the name. */
@@ -44,7 +44,7 @@ export class Looks {
   setTheme(dark: boolean, extent: number): void {
     const sky = new Color(dark ? 0x1b1f24 : 0xe6eaea);
     this.scene.background = sky;
-    this.scene.fog = new Fog(sky, extent * 0.35, extent * 2.6);
+    this.scene.fog = new Fog(sky, extent * 0.6, extent * 4);
     this.sky.intensity = dark ? 1.0 : 1.75;
     this.sun.intensity = dark ? 0.95 : 1.35;
     this.fill.intensity = dark ? 0.4 : 0.55;

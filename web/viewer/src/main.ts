@@ -133,7 +133,9 @@ async function takeFiles(files: Map<string, File>): Promise<void> {
 function startInside(): void {
   if (fromAddress()) return;
   if (path) {
-    viewer.walker.lookAt(path[0].eye, path[0].target);
+    // A little into the walk: its first steps may leave a corner.
+    const { eye, target } = path[Math.floor(path.length / 12)];
+    viewer.walker.lookAt(eye, target);
     return setFlying(false);
   }
   const seeing = bake?.cells.filter(({ seen }) => seen > 0).sort((a, b) => a.seen - b.seen) ?? [];
@@ -288,7 +290,7 @@ function setFrozen(on: boolean): void {
   viewer.freeze(on);
   byId('freeze').setAttribute('aria-pressed', String(on));
   byId('banner').hidden = !on;
-  byId('banner').textContent = 'Culling is frozen where you stood; move on and see what it leaves out.';
+  byId('banner').textContent = 'Culling is frozen where you stood: move on freely.';
   if (!on) outsideFrom = null;
 }
 
@@ -382,7 +384,7 @@ byId('tour').addEventListener('click', actions.t);
 byId('screenshot').addEventListener('click', actions.p);
 byId('help').addEventListener('click', toggleHelp);
 byId('grip').addEventListener('click', () => openSheet(!byId('panel').classList.contains('open')));
-byId('now').addEventListener('click', () => { if (innerWidth <= 736) openSheet(!byId('panel').classList.contains('open')); });
+byId('now').addEventListener('click', () => { if (getComputedStyle(byId('grip')).display !== 'none') openSheet(!byId('panel').classList.contains('open')); });
 byId('second').addEventListener('change', async (event) => {
   const method = viewer.methods.find(({ name }) => name === (event.target as HTMLSelectElement).value)!;
   if (!(await makeReady(method)) || !viewer.second) return;
@@ -394,6 +396,7 @@ const checkbox = (id: string, set: (on: boolean) => void): void =>
   byId(id).addEventListener('change', (event) => { set((event.target as HTMLInputElement).checked); viewer.redraw(); });
 checkbox('show-hidden', (on) => { viewer.showHidden = on; });
 checkbox('show-ink', (on) => { viewer.showInk = on; });
+checkbox('cut-open', (on) => { viewer.cutsOpen = on; });
 checkbox('show-outside', (on) => { viewer.showOutside = on; });
 checkbox('own-materials', (on) => viewer.useOwnMaterials(on));
 byId('find').addEventListener('change', (event) => {

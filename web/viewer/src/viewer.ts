@@ -1,7 +1,7 @@
 // The picture: draws what a method says, from one camera, while another one may decide what that is.
 import {
   BufferGeometry, DoubleSide, EdgesGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, Object3D, PerspectiveCamera, Scene, Vector3, WebGLRenderer,
+  MeshBasicMaterial, Object3D, PerspectiveCamera, Plane, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { Cells, type Cell, type CellChoice } from './cells';
 import { ask, emptyAnswer, type Answer, type Method } from './culling';
@@ -46,9 +46,14 @@ export class Viewer {
   showOutside = false;
   showInk = true;
   cellChoice: CellChoice = 'none';
+  /** Seen from above, with the culling frozen: leave out what is above the eye that was frozen. */
+  cutsOpen = true;
   onFrame: (left: FrameReport, right: FrameReport | null) => void = () => {};
   private readonly scene = new Scene();
+  /** Edges of what is drawn, cut open with it. */
+  private readonly drawing = new Scene();
   private readonly overlay = new Scene();
+  private readonly cut = new Plane(new Vector3(0, -1, 0));
   private readonly world = new Group();
   private readonly marks = new Group();
   private readonly pyramid = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.9, fog: false }));
@@ -92,8 +97,6 @@ export class Viewer {
     this.method = this.frustum;
     this.setMethods(methods);
     this.scene.add(model.rest);
-    this.wires = new Wires(model, () => this.redraw());
-    this.overlay.add(this.wires.group);
     const extent = extentOf(model.bounds);
     this.camera.near = extent * 2e-4;
     this.camera.far = extent * 8;
@@ -105,6 +108,9 @@ export class Viewer {
       this.walker.eyeHeight = extent / 12;
       this.walker.speed = extent / 6;
     }
+    this.wires = new Wires(model, this.walker.eyeHeight * 8, () => this.redraw());
+    this.overlay.add(this.wires.group);
+    this.drawing.add(this.wires.ink.group);
     this.looks.apply(model, model.hasColours);
     this.setTheme(this.dark);
     this.resize();
@@ -119,6 +125,7 @@ export class Viewer {
     this.autopilot = null;
     if (!this.model) return;
     this.wires!.group.removeFromParent();
+    this.wires!.ink.group.removeFromParent();
     this.wires!.dispose();
     this.model.rest.removeFromParent();
     disposeModel(this.model);
@@ -312,6 +319,9 @@ export class Viewer {
     renderer.setViewport(x, 0, width, height);
     renderer.setScissor(x, 0, width, height);
     renderer.setScissorTest(true);
+    this.cut.constant = this.cullCamera.position.y + 0.3 * this.walker.eyeHeight;
+    const isCut = this.cutsOpen && this.frozen !== null && this.camera.position.y > this.cut.constant;
+    renderer.clippingPlanes = isCut ? [this.cut] : [];
     const start = performance.now();
     renderer.clear();
     renderer.render(this.scene, this.camera);
@@ -320,6 +330,8 @@ export class Viewer {
     const gl = renderer.getContext();
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
     const drawMs = performance.now() - start;
+    if (this.showInk) renderer.render(this.drawing, this.camera);
+    renderer.clippingPlanes = [];
     renderer.render(this.overlay, this.camera);
     return { method, answer, counts: { drawn, hidden, outOfView }, calls, drawMs };
   }

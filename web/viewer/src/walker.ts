@@ -235,6 +235,6 @@ function anglesTo(eye: Vector3, target: Vector3): [number, number] {
 export function overviewOf(box: Box3, camera: PerspectiveCamera): { eye: Vector3; target: Vector3 } {
   const target = box.getCenter(new Vector3()), size = box.getSize(new Vector3());
   const half = Math.min(camera.fov, 2 * Math.atan(Math.tan(camera.fov * Math.PI / 360) * camera.aspect) * 180 / Math.PI) * Math.PI / 360;
-  const distance = 0.5 * size.length() / Math.sin(half) * 0.86;
+  const distance = 0.5 * size.length() / Math.sin(half) * (camera.aspect < 1 ? 0.95 : 0.72);
   return { eye: target.clone().addScaledVector(new Vector3(0.42, 0.72, 0.62).normalize(), distance), target };
 }

@@ -27,11 +27,14 @@ class StateLines {
   readonly group = new Group();
   private readonly materials: LineBasicMaterial[] = [];
   private geometry = new BufferGeometry();
+  /** Distance from which ink begins to fade. */
+  readonly reach = { value: 1 };
 
   constructor(private readonly state: number, private readonly withBoxes: boolean, opacity: number, behind: number) {
     for (const [depthTest, strength] of [[true, opacity], [false, behind]] as const) {
       if (strength === 0) continue;
-      const material = new LineBasicMaterial({ transparent: true, opacity: strength, depthTest, depthWrite: false, fog: this.state !== hidden });
+      const material = new LineBasicMaterial({ transparent: true, opacity: strength, depthTest, depthWrite: false, fog: this.state === outOfView });
+      if (this.state === drawn) fadeWithDistance(material, this.reach);
       const lines = new LineSegments(this.geometry, material);
       lines.frustumCulled = lines.matrixAutoUpdate = false;
       lines.renderOrder = 5;
@@ -86,6 +89,17 @@ class StateLines {
   }
 }
 
+/** Many fine lines far away would make a dark smear: they become thinner there. */
+function fadeWithDistance(material: LineBasicMaterial, reach: { value: number }): void {
+  material.onBeforeCompile = (shader) => {
+    shader.uniforms.reach = reach;
+    shader.vertexShader = shader.vertexShader.replace('void main() {', 'varying float distanceAway;\nvoid main() {')
+      .replace('#include <project_vertex>', '#include <project_vertex>\n distanceAway = -mvPosition.z;');
+    shader.fragmentShader = shader.fragmentShader.replace('void main() {', 'varying float distanceAway;\nuniform float reach;\nvoid main() {')
+      .replace('#include <opaque_fragment>', '#include <opaque_fragment>\n gl_FragColor.a *= clamp(reach / max(distanceAway, 1e-6), 0.0, 1.0);');
+  };
+}
+
 export class Wires {
   readonly group = new Group();
   readonly hidden = new StateLines(hidden, true, 0.8, 0.2);
@@ -94,9 +108,11 @@ export class Wires {
   private segments: Segments;
   private stopped = false;
 
-  constructor(private readonly model: Model, private readonly onReady: () => void) {
+  /** `reach`: how far drawn edges are seen in full strength, scene units. */
+  constructor(private readonly model: Model, reach: number, private readonly onReady: () => void) {
+    this.ink.reach.value = reach;
     this.segments = gather(model.objects.map(boxSegments), new Uint8Array(model.objects.length).fill(1));
-    this.group.add(this.ink.group, this.outside.group, this.hidden.group);
+    this.group.add(this.outside.group, this.hidden.group);
     for (const lines of this.all) lines.setSegments(this.segments);
     void this.refine();
   }
