@@ -19,7 +19,8 @@ export default defineConfig({
   resolve: { alias: [
     { find: /^antumbra$/, replacement: `${packageFolder}/src/index.js` },
     { find: /^antumbra\/cull$/, replacement: `${packageFolder}/src/cull.js` },
-    { find: 'node:fs/promises', replacement: fileURLToPath(new URL('src/no_files.ts', import.meta.url)) }] },
+    { find: /^antumbra\/three$/, replacement: `${packageFolder}/src/three.js` },
+    { find: 'node:fs/promises', replacement: fileURLToPath(new URL('src/no_files.ts', import.meta.url)) }], dedupe: ['three'] },
   plugins: [withoutGeneralDraco, viteSingleFile({ removeViteModuleLoader: true })],
   optimizeDeps: { exclude: ['three'] },
   build: {

@@ -2,8 +2,9 @@
 import { Box3, Vector3 } from 'three';
 import { open, type Pvs } from 'antumbra';
 import { CullScene } from 'antumbra/cull';
+import { structureFingerprint } from 'antumbra/three';
 import type { Cell } from './cells';
-import { PackageMethod, titleOf, type Method } from './culling';
+import { occlusionMethods, PackageMethod, titleOf, type Method } from './culling';
 import { plural, size, whole } from './dom';
 import { breathe, type Model } from './model';
 
@@ -12,7 +13,8 @@ export interface Bake {
   guarantee: string;
   facts: [string, string][];
   cells: Cell[];
-  method: Method;
+  /** `pvs`; and, where the file brings occluders (`antumbra prepare`), the methods that use them. */
+  methods: Method[];
   /** Number in the file of an object of the model; -1: not in it. */
   idOf(index: number): number;
   /** Object of the model with that number in the file; -1: none. */
@@ -35,7 +37,7 @@ export async function openBake(name: string, bytes: ArrayBuffer, model: Model, b
   }
   const { info } = pvs;
   const modelOf = byOrder ? Int32Array.from({ length: info.objectCount }, (_, i) => (i < model.objects.length ? i : -1)) : match(pvs, model);
-  if (!byOrder && structureOf(pvs, model, modelOf) !== info.structureFingerprint) {
+  if (!byOrder && structureFingerprint(model.json) !== info.structureFingerprint) {
     pvs.dispose();
     throw new Error(`${name}: baked from another scene than ${model.name}, or from an older version of it; bake it again`);
   }
@@ -51,8 +53,11 @@ export async function openBake(name: string, bytes: ArrayBuffer, model: Model, b
     return cell < 0 ? null : cell;
   };
   return {
-    name, guarantee: info.guarantee, facts: factsOf(name, pvs), cells: await countCells(pvs),
-    method: new PackageMethod('pvs', titleOf('pvs'), scene.createCuller('pvs'), modelOf, cellAt),
+    name, guarantee: info.guarantee, facts: factsOf(name, pvs, scene.occluderCount), cells: await countCells(pvs),
+    methods: [
+      ...(scene.occluderCount > 0 ? occlusionMethods : []).map((method) => new PackageMethod(method, titleOf(method), scene.createCuller(method), modelOf)),
+      new PackageMethod('pvs', titleOf('pvs'), scene.createCuller('pvs'), modelOf, cellAt),
+    ],
     idOf: (index) => idOfModel[index], indexOf: (id) => modelOf[id] ?? -1, boxAt,
     dispose: () => {
       scene.dispose();
@@ -70,30 +75,6 @@ function match(pvs: Pvs, model: Model): Int32Array {
   for (let id = 0; id < found.length; ++id)
     found[id] = keyed.get(`${keys[3 * id]}/${keys[3 * id + 1]}/${keys[3 * id + 2]}`) ?? -1;
   return found;
-}
-
-/** FNV-1a over node, primitive, instance and triangles of each object of the file, with the triangles that the model has. */
-function structureOf(pvs: Pvs, model: Model, modelOf: Int32Array): bigint {
-  const keys = pvs.keys(), words = new Int32Array(4), bytes = new Uint8Array(words.buffer);
-  // 64 bits in four pieces of 16, lowest first: BigInt takes a microsecond for every byte.
-  const hash = [0x2325, 0x8422, 0x9ce4, 0xcbf2], prime = [0x01b3, 0x0000, 0x0100, 0x0000];
-  for (let id = 0; id < modelOf.length; ++id) {
-    const index = modelOf[id];
-    words.set([keys[3 * id], keys[3 * id + 1], keys[3 * id + 2],
-      index >= 0 ? model.objects[index].triangles : model.moving.get(`${keys[3 * id]}/${keys[3 * id + 1]}`) ?? -1]);
-    for (const byte of bytes) {
-      hash[0] ^= byte;
-      const a = hash[0] * prime[0];
-      const b = hash[1] * prime[0] + (a >>> 16);
-      const c = hash[2] * prime[0] + hash[0] * prime[2] + Math.floor(b / 65536);
-      const d = hash[3] * prime[0] + hash[1] * prime[2] + Math.floor(c / 65536);
-      hash[0] = a & 0xffff;
-      hash[1] = b & 0xffff;
-      hash[2] = c & 0xffff;
-      hash[3] = d & 0xffff;
-    }
-  }
-  return hash.reduceRight((sum, piece) => (sum << 16n) | BigInt(piece), 0n);
 }
 
 async function countCells(pvs: Pvs): Promise<Cell[]> {
@@ -114,7 +95,7 @@ async function countCells(pvs: Pvs): Promise<Cell[]> {
   return cells;
 }
 
-function factsOf(name: string, pvs: Pvs): [string, string][] {
+function factsOf(name: string, pvs: Pvs, occluders: number): [string, string][] {
   const { info } = pvs;
   const options = info.options as { holdout_rays_per_cell?: number; holdout_misses?: number; holdout_rays?: number };
   const facts: [string, string][] = [
@@ -124,6 +105,7 @@ function factsOf(name: string, pvs: Pvs): [string, string][] {
     ['cells', info.grid ? `${info.grid.count.join(' × ')} = ${whole(info.cellCount)}` : `a view tree of ${plural(info.treeNodes, 'node')}`],
     ['visibility', size(info.visibilityBytes)],
   ];
+  if (occluders > 0) facts.push(['occluders', whole(occluders)]);
   if (options.holdout_rays)
     facts.push(['missed rays', `${whole(options.holdout_misses ?? 0)} of ${whole(options.holdout_rays)}`]);
   return facts;

@@ -103,7 +103,7 @@ const titles: Record<string, string> = {
 export const titleOf = (name: string): string => titles[name] ?? name;
 
 /** Methods of the package that are drawn up for comparison, in this order. */
-const occlusionMethods = ['planes', 'masked'];
+export const occlusionMethods = ['planes', 'masked'];
 
 function boundsOf(model: Model): Float64Array {
   const bounds = new Float64Array(model.objects.length * 6);

@@ -22,6 +22,8 @@ const chosen = new Chosen(viewer, byId('chosen'));
 let bake: Bake | null = null;
 let offer: Offer | null = null;
 let path: PathFrame[] | null = null;
+/** Those that need no bake. */
+let plainMethods: Method[] = [];
 let sceneBytes = 0;
 
 // -- progress ----------------------------------------------------------------------------------------------------------
@@ -57,6 +59,7 @@ async function takeScene(source: SceneSource): Promise<void> {
   const model = await makeModel(source.name, gltf, (share) => showProgress(`Preparing ${source.name}`, share));
   const methods = await methodsOf(model);
   dropBake();
+  plainMethods = methods;
   path = null;
   byId('tour').hidden = true;
   viewer.setModel(model, methods);
@@ -84,7 +87,7 @@ async function takeScene(source: SceneSource): Promise<void> {
 
 function dropBake(): void {
   if (viewer.model) {
-    viewer.setMethods(viewer.methods.filter((method) => method.name !== 'pvs'));
+    viewer.setMethods(plainMethods);
     viewer.setCells(null);
   }
   bake?.dispose();
@@ -101,8 +104,9 @@ async function takeBake(name: string, bytes: ArrayBuffer, byOrder = false): Prom
   dropBake();
   bake = opened;
   chosen.bake = bake;
-  viewer.setMethods([...viewer.methods.filter((method) => method.name !== 'pvs'), bake.method]);
-  viewer.method = bake.method;
+  const own = new Map(bake.methods.map((method) => [method.name, method]));
+  viewer.setMethods([...plainMethods.filter((method) => !own.has(method.name)), ...own.values()]);
+  viewer.method = own.get('pvs')!;
   viewer.setCells(bake.cells);
   byId('cells-row').hidden = bake.cells.length === 0;
   showCells('none');

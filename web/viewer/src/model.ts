@@ -27,8 +27,8 @@ export interface Model {
   triangles: number;
   bounds: Box3;
   camera: PerspectiveCamera | null;
-  /** Triangles of the skinned meshes, by "node/primitive": always drawn, so they are no objects. */
-  moving: Map<string, number>;
+  /** The glTF document. */
+  json: object;
   /** Does the file bring colours, or is it bare geometry? */
   hasColours: boolean;
 }
@@ -71,7 +71,6 @@ export async function makeModel(name: string, gltf: GLTF, progress: (share: numb
   const rest = new Group();
   let camera: PerspectiveCamera | null = null;
   const others: Object3D[] = [];
-  const moving = new Map<string, number>();
   root.traverse((object) => {
     if ((object as Mesh).isMesh) meshes.push(object as Mesh);
     else if ((object as PerspectiveCamera).isPerspectiveCamera) camera ??= object as PerspectiveCamera;
@@ -104,15 +103,12 @@ export async function makeModel(name: string, gltf: GLTF, progress: (share: numb
       await breathe();
       clock = performance.now();
     }
+    if ((mesh as SkinnedMesh).isSkinnedMesh) continue;
     for (const material of [mesh.material].flat()) hasColours ||= isColoured(material);
     const node = nodeOf(mesh, associations);
     const several = (json.meshes?.[json.nodes?.[node]?.mesh ?? -1]?.primitives?.length ?? 1) > 1;
     const primitive = associations.get(mesh)?.primitives ??
       Math.max(0, several ? mesh.parent?.children.filter((child) => (child as Mesh).isMesh).indexOf(mesh) ?? 0 : 0);
-    if ((mesh as SkinnedMesh).isSkinnedMesh) {
-      moving.set(`${node}/${primitive}`, trianglesOf(mesh.geometry));
-      continue;
-    }
     const label = nameOf(json, node) + (several ? `/primitive ${primitive}` : '');
     if ((mesh as InstancedMesh).isInstancedMesh) {
       const instanced = mesh as InstancedMesh, matrix = new Matrix4();
@@ -127,7 +123,7 @@ export async function makeModel(name: string, gltf: GLTF, progress: (share: numb
   if (objects.length === 0) throw new Error(`${name}: nothing to draw: the file holds no triangles`);
   objects.sort((a, b) => a.node - b.node || a.primitive - b.primitive || a.instance - b.instance);
   objects.forEach((object, index) => { object.index = index; });
-  return { name, objects, rest, triangles, bounds, camera, moving, hasColours };
+  return { name, objects, rest, triangles, bounds, camera, json, hasColours };
 }
 
 /** Frees what the graphics card holds of a model. */
