@@ -60,6 +60,7 @@ struct RasterState : ViewState::Storage {
 
 constexpr std::uint16_t kIdle = 24; ///< frames that a patch may hide nothing; then it rests
 constexpr std::uint16_t kRest = 48; ///< frames until it is tried again
+constexpr float kTrialWorth = 8;    ///< who has hidden nothing lately must promise so many times more pixels
 
 struct MaskedState final : RasterState {
     TileBuffer buffer;
@@ -75,9 +76,8 @@ struct MaskedState final : RasterState {
         ++frame;
     }
     /// Patches that have hidden nothing for a while, or nothing that others did not hide, rest.
+    bool has_paid(std::uint32_t patch) const { return static_cast<std::uint16_t>(frame - hid[patch]) <= kIdle; }
     bool is_worth_a_try(std::uint32_t patch) {
-        if (static_cast<std::uint16_t>(frame - hid[patch]) <= kIdle)
-            return true;
         auto since_trial = static_cast<std::uint16_t>(frame - tried[patch]);
         bool rested = since_trial > kRest + patch % 16; // not all on the same frame
         if (!rested && since_trial > 1)
@@ -134,14 +134,14 @@ class RasterCuller : public Culler {
     }
 
     /// Large enough on the screen for the number of its polygons.
-    bool is_worth_drawing(std::uint32_t patch, const Screen& screen) const {
+    bool is_worth_drawing(std::uint32_t patch, const Screen& screen, float factor) const {
         const ScenePatches& patches = scene_.data().patches;
         BoxOnScreen box = project_box(screen, patches.boxes[patch]);
         if (!box.testable)
             return true;
         float width = std::min(box.max_x, float(screen.width)) - std::max(box.min_x, 0.0f);
         float height = std::min(box.max_y, float(screen.height)) - std::max(box.min_y, 0.0f);
-        return width * height >= options_.pixels_per_polygon * float(patches.store.patches[patch].polygon_count);
+        return width * height >= factor * options_.pixels_per_polygon * float(patches.store.patches[patch].polygon_count);
     }
 
     CullScene scene_;
@@ -184,8 +184,9 @@ class Masked final : public RasterCuller {
             return pixels >= culler.options_.pixels_per_polygon * squared_distance;
         }
         void patch(std::uint32_t patch) {
-            if (!culler.is_worth_drawing(patch, screen) || !state.is_worth_a_try(patch) ||
-                !culler.draw(patch, screen, start, state, result.counters))
+            bool paid = state.has_paid(patch);
+            if (!culler.is_worth_drawing(patch, screen, paid ? 1 : kTrialWorth) ||
+                !(paid || state.is_worth_a_try(patch)) || !culler.draw(patch, screen, start, state, result.counters))
                 return;
             state.buffer.merge(state.coverage, patch);
             state.coverage.clear(screen);
