@@ -159,7 +159,7 @@ TEST(Study, BittnersTreesDrawLessTheMoreOccludersTheyHaveAndLoseNothing) {
     }
     EXPECT_LT(most, frustum);
     EXPECT_LT(fewest, most);
-    EXPECT_LT(fewest * 2, frustum);
+    EXPECT_LT(fewest * 3, frustum * 2);
     EXPECT_EQ(run_study("bittner", *scene).status().code(), ErrorCode::usage) << "no path";
 }
 
