@@ -17,7 +17,7 @@ struct CullArguments {
     SceneArguments scene;
     std::string method = "frustum", pvs, eye, direction = "0,0,-1", up = "0,1,0";
     View view;
-    bool orthographic = false;
+    bool orthographic = false, centre = false;
     CullerOptions options;
 };
 
@@ -57,6 +57,9 @@ void print_result(const CullArguments& arguments, const Scene& scene, const Cull
         {"hidden_by_tree", result.counters.hidden_by_tree},
         {"patches_drawn", result.counters.patches_drawn},
         {"polygons_drawn", result.counters.polygons_drawn},
+        {"overlap_tests", result.counters.overlap_tests},
+        {"stopped_early", result.counters.stopped_early},
+        {"switched_off", result.counters.switched_off},
         {"budget_spent", result.counters.budget_spent},
     };
     if (arguments.common.json) {
@@ -91,6 +94,8 @@ int run_cull(const CullArguments& arguments) {
     if (!scene)
         return fail(scene.status());
     CullerOptions options = arguments.options;
+    options.opacity.coverage = arguments.centre ? OpacityCoverage::centre : OpacityCoverage::inner;
+    options.opacity.adaptive = false; // nothing to adapt to in one frame
     std::optional<MappedFile> file;
     std::optional<Pvs> pvs;
     if (!arguments.pvs.empty()) {
@@ -145,6 +150,12 @@ void add_cull(CLI::App& app) {
     command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
     command.add_option("--occluders", arguments->options.occluders, "planes, tree-: occluders at most")->capture_default_str();
     command.add_option("--minimum-cost", arguments->options.tree.minimum_cost, "tree-: nodes with fewer triangles are not tested")->capture_default_str();
+    command.add_flag("--centre", arguments->centre, "opacity: pixels count when their centre is covered, as published (approximate)");
+    command.add_option("--tolerance", arguments->options.opacity.tolerance, "opacity: share of a box that may be open (approximate)")
+        ->capture_default_str();
+    command.add_option("--map", arguments->options.opacity.width, "opacity: pixels across [256; published 128]");
+    command.add_option("--polygons-drawn", arguments->options.opacity.occluders, "opacity: occluder polygons at most")
+        ->capture_default_str();
     command.add_option("--raster-width", arguments->options.raster_width, "hzb, masked: pixels across")->capture_default_str();
     command.add_option("--polygons", arguments->options.polygon_budget, "hzb, masked: polygons drawn at most")->capture_default_str();
     add_common(command, arguments->common, "antumbra cull city.glb --method frustum --eye 0,1.7,0 --dir 1,0,0",

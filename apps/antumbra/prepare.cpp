@@ -6,9 +6,12 @@
 #include <antumbra/bake.hpp>
 #include <antumbra/cull.hpp>
 #include <antumbra/evaluate.hpp>
+#include <antumbra/mos.hpp>
 #include <antumbra/occluder_finding.hpp>
 
 #include <fmt/format.h>
+
+#include <cstdio>
 
 namespace antumbra::app {
 namespace {
@@ -20,6 +23,9 @@ struct PrepareArguments {
     OccluderOptions occluders;
     PrepareOptions prepare;
     bool no_merge = false, no_inner_boxes = false;
+    bool minimum_sets = false;
+    MosOptions mos;
+    std::string grid = "8x1x8", region;
 };
 
 /// The file that the chunks go into: a copy of a bake, or one without cells.
@@ -37,6 +43,38 @@ Result<std::vector<std::byte>> file_for(const PrepareArguments& arguments, const
     return std::vector<std::byte>(file->bytes().begin(), file->bytes().end());
 }
 
+/// Minimum occluder sets, kept point by point beside the output while they are made.
+Result<OccluderDatabase> make_minimum_sets(const PrepareArguments& arguments, const Scene& scene,
+                                           const OccluderSet& occluders) {
+    MosOptions options = arguments.mos;
+    int end = 0;
+    if (std::sscanf(arguments.grid.c_str(), "%ux%ux%u%n", &options.grid[0], &options.grid[1], &options.grid[2], &end) != 3 ||
+        std::size_t(end) != arguments.grid.size())
+        return Status(ErrorCode::usage, "--mos-grid wants NXxNYxNZ such as 16x1x16, not '" + arguments.grid + "'");
+    if (!arguments.region.empty()) {
+        double v[6];
+        end = 0;
+        if (std::sscanf(arguments.region.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", &v[0], &v[1], &v[2], &v[3], &v[4], &v[5],
+                        &end) != 6 ||
+            std::size_t(end) != arguments.region.size())
+            return Status(ErrorCode::usage, "--mos-region wants X0,Y0,Z0,X1,Y1,Z1, not '" + arguments.region + "'");
+        options.region = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+        if (options.region.empty())
+            return Status(ErrorCode::usage, "--mos-region: the second corner lies before the first");
+    }
+    options.checkpoint = arguments.output + ".mos-checkpoint";
+    MosStatistics statistics;
+    Result<OccluderDatabase> database =
+        build_occluder_database(scene, occluders, options, make_job(arguments.common), &statistics);
+    if (!database)
+        return database;
+    std::remove(options.checkpoint.c_str());
+    if (!arguments.common.json)
+        fmt::print("{} grid points ({} resumed): {} minimum sets for {} occludees, {:.1f} s\n", database->points(),
+                   statistics.points_resumed, statistics.sets, statistics.occludees, statistics.seconds);
+    return database;
+}
+
 /// Every chunk that `prepare` makes. Another one is added here.
 Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, const Scene& scene,
                                           OccluderStatistics& statistics) {
@@ -44,7 +82,14 @@ Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, con
     options.merge = !arguments.no_merge;
     options.inner_boxes = !arguments.no_inner_boxes;
     CullScene cull_scene = cull_scene_of(scene, find_occluders(scene, options, &statistics));
-    return prepare_chunks(cull_scene, arguments.prepare);
+    Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare);
+    if (!chunks || !arguments.minimum_sets)
+        return chunks;
+    Result<OccluderDatabase> database = make_minimum_sets(arguments, scene, find_occluders(scene, options));
+    if (!database)
+        return database.status();
+    chunks->push_back(occluder_database_chunk(*database));
+    return chunks;
 }
 
 void print_result(const PrepareArguments& arguments, const std::vector<PvsChunk>& chunks,
@@ -104,6 +149,15 @@ void add_prepare(CLI::App& app) {
     command.add_flag("--no-merge", arguments->no_merge, "Leave coplanar triangles unmerged");
     command.add_flag("--inner-shells", arguments->occluders.inner_shells, "Look for simplified shells inside dense closed meshes");
     command.add_flag("--no-inner-boxes", arguments->no_inner_boxes, "Look for no boxes inside closed meshes");
+    command.add_flag("--mos", arguments->minimum_sets,
+                     "Minimum occluder sets for a grid of viewpoints, for the method opacity");
+    command.add_option("--mos-grid", arguments->grid, "Grid points along x, y and z")->capture_default_str();
+    command.add_option("--mos-region", arguments->region,
+                       "Where viewers are, X0,Y0,Z0,X1,Y1,Z1: the grid is spread over it [the whole scene]");
+    command.add_option("--mos-limit", arguments->mos.limit, "Occluders in a list at most")
+        ->check(CLI::Range(1, 65536))
+        ->capture_default_str();
+    command.add_flag("--resume", arguments->mos.resume, "Go on with grid points that an interrupted run has finished");
     add_common(command, arguments->common, "antumbra prepare city.glb --pvs city.pvs -o city-prepared.pvs",
                [arguments] { return run_prepare(*arguments); });
 }

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <antumbra/math.hpp>
+#include <antumbra/occluder_database.hpp>
 #include <antumbra/occluders.hpp>
 #include <antumbra/pvs.hpp>
 #include <antumbra/status.hpp>
@@ -65,7 +66,7 @@ class CullScene {
     /// kept out of the trees and reported in every frame.
     static CullScene create(const CullSceneInput& input);
 
-    /// From the objects of a .pvs file and its chunks OCCL, OGRP, CTRE and OSET (prepare_chunks()): the same scene, bit for
+    /// From the objects of a .pvs file and its chunks OCCL, OGRP, CTRE, OSET (prepare_chunks()) and MOSD: the same scene, bit for
     /// bit, without looking for anything again. What a file lacks is left out (occluders) or made anew (trees, groups).
     /// ErrorCode::corrupt names the chunk that contradicts itself; safe with any content. `pvs` is only read during the
     /// call.
@@ -90,6 +91,9 @@ struct PrepareOptions {
 /// direction. The file must describe the same objects in the same order. A pure function of (scene, options).
 Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options = {});
 
+/// The database of build_occluder_database() (mos.hpp) as another chunk, MOSD: of the same occluders as the others.
+PvsChunk occluder_database_chunk(const OccluderDatabase& database);
+
 /// What the stages of one call did. A stage that a method does not have stays 0.
 struct CullCounters {
     std::uint64_t nodes_visited = 0;      ///< inner nodes of the tree that were opened
@@ -112,6 +116,9 @@ struct CullCounters {
     std::uint64_t hidden_by_tree = 0;     ///< boxes (of nodes and objects) that the occlusion tree hides
     std::uint64_t patches_drawn = 0;      ///< occluder patches that were rasterised
     std::uint64_t polygons_drawn = 0;     ///< and their polygons
+    std::uint64_t overlap_tests = 0;      ///< `opacity`: boxes (of nodes and objects) put to the opacity map
+    std::uint64_t stopped_early = 0;      ///< `opacity`: nodes covered so little that nothing below was tested
+    bool switched_off = false;            ///< `opacity`: it did not pay lately, the frustum alone was asked
     bool budget_spent = false;            ///< occluders were left out because the budget was used up
 };
 
@@ -200,6 +207,39 @@ struct PublishedPlanesOptions {
     bool adapt = true;
 };
 
+/// How `opacity` works: the same occluders and guarantee, once for today's processors (bits and masks), once as Poon and
+/// Wang published it (summed-area table and sparse depth map), and once by the pixel-wise comparison that they
+/// measure against. `opacity-published` is `opacity` with the second.
+enum class OpacityForm : std::uint8_t { modern, published, pixel_wise };
+
+enum class OpacityCoverage : std::uint8_t {
+    inner,  ///< a pixel counts only if it is wholly covered: conservative
+    centre, ///< a pixel counts if its centre is covered, as published: approximate
+};
+
+struct OpacityOptions {
+    OpacityForm form = OpacityForm::modern;
+    OpacityCoverage coverage = OpacityCoverage::inner;
+    /// Pixels of the map, 8..2048, rounded up to multiples of 8. 0: 128 x 128 as published, or, in the modern form, 256
+    /// across and square pixels.
+    int width = 0, height = 0;
+    std::uint32_t occluders = 256; ///< polygons drawn per frame at most
+    /// Share of a box's pixels that may be open, 0..1. Anything but 0 is approximate.
+    float tolerance = 0;
+    /// Below a node whose pixels are covered to a lesser share than this nothing is tested. Costs culling, loses nothing.
+    float stop_below = 0.2f;
+    /// Raises stop_below while culling costs more than it saves, and switches the method off (the frustum alone) when
+    /// that does not help, with a fresh try after 1, 2, 4 .. 64 frames.
+    bool adaptive = true;
+    double object_seconds = 2e-6; ///< what it saves to leave out an object
+    /// Seconds since any moment. With it the adaptive stop weighs measured times; without, counts of what was done, and
+    /// then results are the same in every run.
+    double (*clock)() = nullptr;
+    /// Occluders by place and direction, polygons of the scene's own occluder set; must outlive the culler. nullptr: what
+    /// the scene was prepared with, or those of the largest area-angle.
+    const OccluderDatabase* database = nullptr;
+};
+
 struct CullerOptions {
     InstructionSet instruction_set = InstructionSet::automatic;
     /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256;
@@ -213,6 +253,7 @@ struct CullerOptions {
     std::uint32_t polygon_budget = 512;
     /// `masked`: patches are not drawn where their box covers fewer pixels for each of their polygons.
     float pixels_per_polygon = 8;
+    OpacityOptions opacity;
     const Pvs* pvs = nullptr; ///< `pvs` needs one of the same objects in the same order; it must outlive the culler
 };
 

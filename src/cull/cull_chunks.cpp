@@ -11,6 +11,7 @@ constexpr const char* kOccluders = "OCCL";
 constexpr const char* kGroups = "OGRP";
 constexpr const char* kTrees = "CTRE";
 constexpr const char* kSets = "OSET";
+constexpr const char* kMinimumSets = "MOSD";
 
 /// Families of chunk OSET.
 enum SetFamily : std::uint32_t { kFronts = 1, kBacks = 2 };
@@ -101,6 +102,10 @@ Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const Prepa
     return chunks;
 }
 
+PvsChunk occluder_database_chunk(const OccluderDatabase& database) {
+    return {kMinimumSets, encode_occluder_database(database)};
+}
+
 Result<CullScene> CullScene::open(const Pvs& pvs) {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags, triangles;
@@ -140,6 +145,15 @@ Result<CullScene> CullScene::open(const Pvs& pvs) {
     if (pvs.has_chunk(kSets))
         if (Status status = decode_sets(pvs.chunk(kSets), *data); !status)
             return status;
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY // nobody asks it there
+    if (pvs.has_chunk(kMinimumSets)) {
+        Result<OccluderDatabase> database =
+            decode_occluder_database(pvs.chunk(kMinimumSets), data->occluders.polygons.size());
+        if (!database)
+            return database.status();
+        data->minimum_sets = std::move(*database);
+    }
+#endif
     finish(*data);
     CullScene scene;
     scene.data_ = std::move(data);

@@ -35,6 +35,14 @@ constexpr std::array kMethods{
     Method{"tree-fme", "modified occlusion tree without splitting, pyramid test at leaves", make_tree_fme},
     Method{"tree-fmc", "modified occlusion tree without splitting or test at leaves", make_tree_fmc},
     Method{"tree", "planes, then an occlusion tree of many occluders for what they hide together", make_tree},
+    Method{"opacity", "opacity map of chosen occluders (Poon, Wang 1999)", make_opacity},
+    Method{"opacity-published", "the same as published: summed-area table and sparse depth map, 128 x 128",
+           [](const CullScene& scene, const CullerOptions& options) {
+               CullerOptions published = options;
+               if (published.opacity.form == OpacityForm::modern)
+                   published.opacity.form = OpacityForm::published;
+               return make_opacity(scene, published);
+           }},
 #endif
     Method{"pvs", "the baked set of the cell of the eye, within the view frustum", make_pvs},
 };

@@ -22,6 +22,7 @@ Result<CullerPointer> make_tree_fse(const CullScene& scene, const CullerOptions&
 Result<CullerPointer> make_tree_fme(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_tree_fmc(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_tree(const CullScene& scene, const CullerOptions& options);
+Result<CullerPointer> make_opacity(const CullScene& scene, const CullerOptions& options);
 Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options);
 
 /// A number that no other culler of the process has, for ViewState::storage.

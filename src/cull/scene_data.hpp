@@ -69,6 +69,8 @@ struct CullScene::Data {
     ScenePatches patches;
     ConvexGroups groups;         ///< of the occluders, for the object-space methods
     OccluderTree occluder_tree;  ///< over the groups
+    /// Minimum occluder sets by grid point and direction, from a prepared file; else empty.
+    OccluderDatabase minimum_sets;
     /// Polygons per place and direction, from a prepared file; else empty.
     OccluderSets front_sets, back_sets;
     Box3f tree_box;                            ///< around all objects of the trees

@@ -10,6 +10,8 @@ namespace antumbra::generation {
 Result<RawScene> apartment(const GenerateOptions& options);
 /// Closed blocks of buildings along straight streets, with windows, roofs and street furniture as objects.
 Result<RawScene> city(const GenerateOptions& options);
+/// Copies of a district of towers on straight streets (Poon, Wang 1999, section 6).
+Result<RawScene> downtown(const GenerateOptions& options);
 /// Trees of 1,000 triangles each on uneven ground (Nirenstein, Blake, Gain 2002, section 6).
 Result<RawScene> forest(const GenerateOptions& options);
 /// A copier-like housing: 1,726 parts, 455,806 triangles (Gotsman, Sudarsky, Fayman 1999, section 8). One

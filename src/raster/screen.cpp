@@ -3,15 +3,22 @@
 #include <algorithm>
 
 namespace antumbra {
+namespace {
+
+int whole_tiles(double pixels) { return static_cast<int>(std::clamp(std::ceil(pixels / kTile), 1.0, 256.0)) * kTile; }
+
+} // namespace
 
 Screen make_screen(const Camera& camera, int width, double extent) {
+    int across = whole_tiles(width);
+    return make_screen(camera, across, whole_tiles(double(across) * camera.half_height / camera.half_width), extent);
+}
+
+Screen make_screen(const Camera& camera, int width, int height, double extent) {
     Screen screen;
     screen.camera = camera;
-    auto whole_tiles = [](double pixels) {
-        return static_cast<int>(std::clamp(std::ceil(pixels / kTile), 1.0, 256.0)) * kTile;
-    };
     screen.width = whole_tiles(width);
-    screen.height = whole_tiles(double(screen.width) * camera.half_height / camera.half_width);
+    screen.height = whole_tiles(height);
     screen.tiles_x = screen.width / kTile;
     screen.tiles_y = screen.height / kTile;
     screen.scale_x = screen.width / (2 * camera.half_width);

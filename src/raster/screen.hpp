@@ -30,6 +30,8 @@ struct Screen {
 /// `width` pixels across, rounded up to whole tiles; the height follows from the camera's shape. `extent` is the
 /// size of what is looked at, for tolerances.
 Screen make_screen(const Camera& camera, int width, double extent);
+/// The same with both sides given, so that pixels need not be square (Poon and Wang draw 128 x 128 for any window).
+Screen make_screen(const Camera& camera, int width, int height, double extent);
 
 /// Where a box lies on the screen.
 struct BoxOnScreen {

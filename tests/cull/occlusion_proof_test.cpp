@@ -7,7 +7,7 @@ namespace {
 using test::ProofCounts;
 using test::Stage;
 
-const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree", "opacity", "opacity-published"};
 
 /// Frames per scene and method; a longer search with the environment variable.
 int frames() {
@@ -17,6 +17,9 @@ int frames() {
 
 std::unique_ptr<Culler> make(const char* name, const Stage& stage, CullerOptions options = {}) {
     options.tree.minimum_cost = 0; // the things in these scenes have few triangles
+    options.opacity.width = options.raster_width;
+    options.opacity.height = std::string_view(name) == "opacity-published" ? options.raster_width : 0;
+    options.opacity.object_seconds = 1; // never gives up
     auto culler = make_culler(name, stage.cull_scene, options);
     EXPECT_TRUE(culler.ok()) << culler.status().message();
     return std::move(culler).value();

@@ -32,7 +32,7 @@ struct Builder {
     }
 };
 
-const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree"};
+const char* const kMethods[] = {"hzb", "masked", "planes", "planes-published", "tree-fse", "tree-fme", "tree-fmc", "tree", "opacity", "opacity-published"};
 
 View looking(const Vec3d& eye = {0, 0, 0}, const Vec3d& way = {0, 0, -1}) {
     View view;
@@ -59,6 +59,8 @@ void expect(const Builder& builder, View view, std::uint32_t object, bool visibl
         bool by_cells = std::string_view(method).starts_with("tree-"); // cells of a few walls hold what is hidden and what hides
         CullerOptions options;
         options.tree.minimum_cost = 0; // the things in these scenes have two triangles
+        options.opacity.width = options.opacity.height = 384; // so that a hundredth behind a wall shows
+        options.opacity.adaptive = false;                     // two objects are not worth it
         auto culler = make_culler(method, stage.cull_scene, options);
         ASSERT_TRUE(culler.ok());
         ViewState state;

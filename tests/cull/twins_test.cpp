@@ -16,11 +16,11 @@ Stage soup(std::uint32_t seed, double size) {
     return Stage(std::move(*scene));
 }
 
-TEST(Twins, masked_and_planes_report_the_same_with_every_instruction_set) {
+TEST(Twins, all_methods_report_the_same_with_every_instruction_set) {
     for (std::uint32_t trial = 0; trial < 12; ++trial) {
         Stage stage = soup(trial, 8);
         Random random(52, trial);
-        for (const char* name : {"masked", "planes"})
+        for (const char* name : {"masked", "planes", "opacity"})
             for (InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512}) {
                 CullerOptions plain, fast;
                 plain.instruction_set = InstructionSet::scalar;

@@ -163,5 +163,36 @@ TEST(Study, BittnersTreesDrawLessTheMoreOccludersTheyHaveAndLoseNothing) {
     EXPECT_EQ(run_study("bittner", *scene).status().code(), ErrorCode::usage) << "no path";
 }
 
+TEST(Study, PoonWangChoosesFewOccludersAndLosesNothing) {
+    auto raw = generate("downtown", {30000, 1});
+    ASSERT_TRUE(raw) << raw.status().message();
+    auto scene = Scene::create(std::move(*raw));
+    ASSERT_TRUE(scene);
+    StudyOptions options;
+    options.width = options.height = 96;
+    options.repeat = 1;
+    options.draw = false;
+    auto study = run_study("poon-wang", *scene, options);
+    ASSERT_TRUE(study) << study.status().message();
+    EXPECT_EQ(problem_of(*study), nullptr);
+    ASSERT_EQ(study->tables.size(), 4u); // the fifth needs drawing
+    EXPECT_EQ(study->pictures.size(), 3u);
+    for (const std::string& text : study->notes)
+        EXPECT_EQ(text.find("bug"), std::string::npos) << text;
+    // More occluders never cull less but for what the choice among them does.
+    for (const StudyRow& row : study->tables[0].rows)
+        if (row.origin == StudyOrigin::ours) {
+            EXPECT_LE(row.cells[2].number, row.cells[1].number) << "more used than allowed";
+            EXPECT_GT(row.cells[3].number, 10) << row.cells[0].words << " culls next to nothing";
+        }
+    std::size_t routes = 0;
+    for (const StudyRow& row : study->tables[2].rows)
+        if (row.origin == StudyOrigin::ours && row.cells[1].words == "OM") {
+            ++routes;
+            EXPECT_EQ(row.cells[8].number, 0) << "lost on the " << row.cells[0].words << " route";
+        }
+    EXPECT_EQ(routes, 3u);
+}
+
 } // namespace
 } // namespace antumbra

@@ -18,6 +18,7 @@ inline constexpr std::pair<std::string_view, std::string_view> kPublished[] = {
     {"apartment", "9984b53917445bf95cb416be4ec42e08c308082934ea05e5fe685403a8e44dc2"},
     {"apartment --copies 18", "1aea76a214b73f0d2520ff1adf6229cf5ab65ffefc1f682bfb5ff1cee814897b"},
     {"city", "ef8ba9ae18666ea44d86f8e52511b9db2d6b0cb7d41f571ceed6f9b2609a1719"},
+    {"downtown", "66bb972c64b7b36ab5b9a0ecb8d53e1725a61ec58f19649e37c73064a6c6e5af"},
     {"forest", "896fcef21744a45978914ab430cbd03c4dd62c01b7bece9ad4eb86db46cf217f"},
     {"machine", "6c6ff43202ab412c5d03744affd8a994afb1e1f10c9fa7d4b6826e787cfca7a9"},
     {"office", "25df74268607a43b115754dfbea9619abc9ad4bcecfce0e62834229c02c8fce2"},

@@ -25,13 +25,14 @@ MAY_INCLUDE = {
     "occluder_finding": ["rays", "raster", "occluders"],
     "certify": ["pvs"],
     "bake": ["rays", "occluder_finding", "pvs", "certify"],
-    "evaluate": ["bake", "cull", "import", "export", "generate"],
+    "mos": ["bake", "tree", "raster"],
+    "evaluate": ["mos", "bake", "cull", "import", "export", "generate"],
     "capi": ["cull"],
 }
 # Public headers and the module that each belongs to.
 PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
-    "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "evaluate": "evaluate", "study": "evaluate", "antumbra": "capi",
+    "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_database": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "mos": "mos", "evaluate": "evaluate", "study": "evaluate", "antumbra": "capi",
     "explain": "evaluate", "compare": "evaluate",
 }
 # The run time: closed under inclusion and free of everything but the standard library.

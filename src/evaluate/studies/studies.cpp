@@ -23,6 +23,9 @@ constexpr std::array kStudies{
           study_bittner},
     Entry{"coorg-teller", "polygons left, culling and drawing time, time against walking speed (Coorg, Teller 1997)",
           study_coorg_teller},
+    Entry{"poon-wang", "criteria of occluder choice, routes by depth complexity, resolutions (Poon, Wang 1999); made for "
+                       "generate downtown",
+          study_poon_wang},
 };
 
 Json cell_json(const StudyCell& cell) {

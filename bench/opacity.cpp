@@ -1,0 +1,185 @@
+// Opacity maps: one overlap test by table, bits and pixels; queries as a frame asks them; minimum occluder sets of one
+// picture. Each with what it decided beside the time.
+#include "base/random.hpp"
+#include "cull/opacity_occluders.hpp"
+#include "cull/scene_data.hpp"
+#include "mos/choose_list.hpp"
+#include "raster/opacity_map.hpp"
+#include "raster/opacity_rows.hpp"
+#include "raster/sparse_depth_map.hpp"
+
+#include <antumbra/generate.hpp>
+#include <antumbra/occluder_finding.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <memory>
+
+namespace antumbra {
+namespace {
+
+enum Form : int { kTable, kBits, kPixels };
+
+/// Everything covered, at a depth that falls and rises along the rows.
+struct Covered {
+    OccluderImage image;
+    OpacityMap table;
+    SparseDepthMap sparse;
+    OpacityRows rows;
+
+    Covered() {
+        Screen screen;
+        screen.width = screen.height = 128;
+        image.reset(screen);
+        for (int y = 0; y < 128; ++y)
+            for (int x = 0; x < 128; ++x) {
+                image.bits[std::size_t(y * image.words + x / 64)] |= std::uint64_t(1) << (x % 64);
+                image.nearness[std::size_t(y * image.stride + x)] = 2 + 0.01f * float((x + y) % 40);
+                image.row_used[std::size_t(y)] = 1;
+            }
+        table.build(image);
+        sparse.build(image);
+        rows.build(image);
+    }
+};
+
+void overlap_32x32(benchmark::State& state) {
+    Covered map;
+    PixelRect rects[64];
+    Random random(1);
+    for (PixelRect& rect : rects) {
+        rect.x0 = int(random.below(96)), rect.y0 = int(random.below(96));
+        rect.x1 = rect.x0 + 31, rect.y1 = rect.y0 + 31;
+    }
+    std::size_t at = 0;
+    std::uint64_t covered = 0;
+    for (auto _ : state) {
+        const PixelRect& rect = rects[at++ % 64];
+        bool hit = state.range(0) == kTable  ? map.table.overlaps(rect)
+                   : state.range(0) == kBits ? OpacityRows::overlaps(map.image, rect)
+                                             : overlaps_pixel_wise(map.image, rect);
+        covered += hit;
+        benchmark::DoNotOptimize(hit);
+    }
+    state.counters["covered"] = double(covered) / double(state.iterations());
+}
+BENCHMARK(overlap_32x32)->ArgName("form")->Arg(kTable)->Arg(kBits)->Arg(kPixels);
+
+void depth_32x32(benchmark::State& state) {
+    Covered map;
+    PixelRect rect{17, 33, 48, 64};
+    std::uint64_t behind = 0;
+    for (auto _ : state) {
+        bool hit = state.range(0) == kTable  ? map.sparse.is_behind(map.image, rect, 1.5f)
+                   : state.range(0) == kBits ? map.rows.is_behind(map.image, rect, 1.5f)
+                                             : is_behind_pixel_wise(map.image, rect, 1.5f);
+        behind += hit;
+        benchmark::DoNotOptimize(hit);
+    }
+    state.counters["behind"] = double(behind) / double(state.iterations());
+}
+BENCHMARK(depth_32x32)->ArgName("form")->Arg(kTable)->Arg(kBits)->Arg(kPixels);
+
+/// A street corner of the downtown, with the occluders that the culler would draw.
+struct Corner {
+    Scene scene;
+    OccluderSet occluders;
+    CullScene cull_scene;
+    Camera camera;
+
+    static Corner& get() {
+        static Corner corner;
+        return corner;
+    }
+
+  private:
+    Corner() : scene(*Scene::create(*generate("downtown"))), occluders(find_occluders(scene)) {
+        std::vector<Box3f> bounds;
+        for (const Object& object : scene.objects())
+            bounds.push_back(object.bounds);
+        CullSceneInput input;
+        input.bounds = bounds;
+        input.occluders = &occluders;
+        cull_scene = CullScene::create(input);
+        View view;
+        view.eye = scene.to_local({440, 1.7, 400});
+        view.target = view.eye + Vec3d{1, 0, 0.3};
+        camera = camera_of(view);
+    }
+};
+
+/// Eight boxes of a node at a time: projection, overlap and depth; time per box.
+void query_of_a_frame(benchmark::State& state) {
+    Corner& corner = Corner::get();
+    const CullScene::Data& scene = corner.cull_scene.data();
+    bool published = state.range(0) == kTable;
+    Screen screen = published ? make_screen(corner.camera, 128, 128, 4000) : make_screen(corner.camera, 256, 4000);
+    OpacityOccluders occluders(scene);
+    occluders.choose(scene, nullptr, corner.camera, frustum_planes(corner.camera, scene.tree_box), 256);
+    OccluderImage image;
+    OccluderBrush brush;
+    image.reset(screen);
+    const PatchStore& store = occluders.patches(scene.occluders);
+    brush.fit(screen, store);
+    for (std::uint32_t p = 0; p < store.patches.size(); ++p)
+        draw_occluder_scalar(store, p, screen, PixelCoverage::inner, brush, image);
+    OpacityMap table;
+    SparseDepthMap sparse;
+    OpacityRows rows;
+    table.build(image);
+    sparse.build(image);
+    rows.build(image);
+    // The nodes that a frame opens: those with a child on the screen.
+    ProjectEight project = project_eight_avx512() ? project_eight_avx512()
+                           : project_eight_avx2() ? project_eight_avx2()
+                                                  : project_eight_scalar;
+    std::vector<const CullNode*> nodes;
+    EightOnScreen eight;
+    for (const CullNode& node : scene.wide) {
+        project(screen, node.min, node.max, eight);
+        if (eight.testable & node.mask())
+            nodes.push_back(&node);
+    }
+    std::uint64_t boxes = 0, hidden = 0;
+    for (auto _ : state)
+        for (const CullNode* node : nodes) {
+            project(screen, node->min, node->max, eight);
+            for (std::uint32_t rest = eight.testable & node->mask(); rest; rest &= rest - 1) {
+                int lane = std::countr_zero(rest);
+                PixelRect rect = eight.rect(lane);
+                ++boxes;
+                hidden += published ? table.overlaps(rect) && sparse.is_behind(image, rect, eight.nearness[lane])
+                                    : OpacityRows::overlaps(image, rect) && rows.is_behind(image, rect, eight.nearness[lane]);
+            }
+        }
+    state.counters["hidden"] = double(hidden) / double(boxes);
+    state.counters["per_box"] = benchmark::Counter(double(boxes), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(query_of_a_frame)->ArgName("form")->Arg(kTable)->Arg(kBits)->MinTime(0.3);
+
+/// All of one picture: stacks, search and choice, for the 1,000 occludees of the paper's size that are nearest.
+void minimum_sets_of_1000(benchmark::State& state) {
+    Corner& corner = Corner::get();
+    MosOptions options;
+    Screen screen = make_screen(corner.camera, 128, 128, 4000);
+    std::vector<Occludee> occludees;
+    for (const Occludee& occludee : find_occludees(corner.scene, options))
+        if (!pixel_rect(screen, project_box(screen, occludee.box)).empty() && occludees.size() < 1000)
+            occludees.push_back(occludee);
+    MosStatistics statistics;
+    std::size_t used = 0;
+    for (auto _ : state)
+        used = choose_list(corner.occluders, occludees, screen, options, &statistics).size();
+    double pictures = double(statistics.pictures);
+    state.counters["occludees"] = double(statistics.occludees) / pictures;
+    state.counters["sets"] = double(statistics.sets) / pictures;
+    state.counters["seen"] = double(statistics.uncovered) / pictures;
+    state.counters["cut_short"] = double(statistics.searches_cut) / pictures;
+    state.counters["occluders"] = double(used);
+}
+BENCHMARK(minimum_sets_of_1000)->Unit(benchmark::kMillisecond);
+
+} // namespace
+} // namespace antumbra
+
+BENCHMARK_MAIN();

@@ -1,0 +1,79 @@
+// What the parts of the study poon-wang share.
+#pragma once
+
+#include "evaluate/cull_scene.hpp"
+#include "evaluate/gl/drawing.hpp"
+#include "mos/choose_list.hpp"
+#include "rays/tracer.hpp"
+
+#include <antumbra/occluder_finding.hpp>
+#include <antumbra/study.hpp>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace antumbra::poon_wang {
+
+/// A walk on a straight line, as those of the paper.
+struct Route {
+    std::string name, place;
+    std::vector<View> views; ///< local
+    double published_speedup = 0, published_rate = 0, published_pixel_wise_rate = 0;
+};
+
+/// Best: from a corner along a free line, looking at the middle. Average: in the middle, looking ahead. Worst: at the
+/// opposite corner, looking outward.
+std::vector<Route> make_routes(const Scene& scene, const Tracer& tracer, std::size_t frames);
+
+/// One method along a route. Times are the fastest of the repetitions.
+struct Measured {
+    std::string name;
+    std::vector<double> cull_ms, draw_ms, frame_ms;     ///< per frame; draw_ms is negative if nothing was drawn
+    std::vector<std::uint64_t> triangles;               ///< drawn
+    std::vector<std::vector<std::uint64_t>> visible;    ///< reported
+    double mean_triangles() const;
+    double mean_frame_ms() const;
+};
+
+struct Contender {
+    std::string name, culler;
+    CullerOptions options;
+};
+
+struct Bench {
+    const Scene& scene;
+    const CullScene& cull_scene;
+    Drawing* drawing = nullptr; ///< may be nullptr
+    double aspect = 1;
+    std::uint32_t repeat = 1;
+};
+
+/// All contenders on the same frames, side by side in turning order.
+Result<std::vector<Measured>> measure(const Bench& bench, std::span<const View> views,
+                                      std::span<const Contender> contenders);
+
+/// What rays see of each frame, and its drawing time in `measured` form.
+Measured truth_of(const Bench& bench, const Tracer& tracer, std::span<const View> views, std::uint32_t pixels,
+                  const Job& job);
+
+/// Objects that `method` does not report although a pixel sees them, over all frames.
+std::uint64_t lost_objects(const Measured& method, const Measured& truth);
+
+/// Lists for the eyes of a route: a row of grid points along it.
+Result<OccluderDatabase> database_along(const Scene& scene, const OccluderSet& occluders, std::span<const View> views,
+                                        std::uint32_t points, const MosOptions& options, const Job& job,
+                                        MosStatistics* statistics = nullptr);
+
+/// The same list from everywhere.
+OccluderDatabase one_list(std::span<const std::uint32_t> polygons);
+
+/// The scene from above (figure 7): light grey outside the frustum, dark grey culled, black reported, red occluders.
+Image top_view(const Scene& scene, const OccluderSet& occluders, const View& view,
+               std::span<const std::uint64_t> in_frustum, std::span<const std::uint64_t> reported,
+               std::span<const std::uint32_t> drawn);
+
+std::uint64_t triangles_of(const Scene& scene, std::span<const std::uint64_t> objects);
+
+} // namespace antumbra::poon_wang
