@@ -48,7 +48,7 @@ await test('methods draw less, from the plainest on, and say the same as the pro
   for (const method of ['none', 'frustum', 'planes', 'masked', 'pvs']) {
     await stand(page, ...corridor, method);
     counts[method] = (await state(page)).drawn;
-    assert.equal(await page.locator(`#methods tr[data-method=${method}] td`).first().innerText(), counts[method].toLocaleString('en'));
+    await page.waitForFunction(([name, text]) => document.querySelector(`#methods tr[data-method=${name}] td`).innerText === text, [method, counts[method].toLocaleString('en')]);
   }
   assert.equal(counts.none, await page.evaluate(() => window.antumbraViewer.viewer.model.objects.length));
   assert.ok(counts.frustum < counts.none && counts.planes <= counts.frustum && counts.masked < counts.frustum && counts.pvs < counts.frustum,
@@ -150,9 +150,11 @@ await test('two methods side by side', () => withOffice({}, async (page) => {
   await stand(page, ...corridor, 'pvs');
   await page.keyboard.press('c');
   await settle(page);
+  await page.waitForFunction(() => /objects[^]*objects/.test(document.getElementById('halves').innerText));
   const halves = await page.locator('#halves .half').allInnerTexts();
   assert.match(halves[0], /^pvs\n/);
   assert.match(halves[1], /^frustum\n/);
+  await page.waitForFunction((drawn) => Number(document.getElementById('drawn').innerText) === drawn, (await state(page)).drawn);
   const numbers = halves.map((text) => Number(text.match(/([\d,]+) objects/)[1].replace(',', '')));
   assert.ok(numbers[0] < numbers[1], halves.join(' | '));
   await page.locator('#second').selectOption('masked');
@@ -228,6 +230,11 @@ await test('a phone: the stick walks, a finger turns, the sheet opens', () => wi
   assert.ok((await state(page)).eye[0] > before.eye[0] + 0.3);
   await stand(page, ...corridor, 'pvs');
   comparePicture('phone', await page.locator('#stage').screenshot());
+  await page.touchscreen.tap(330, 350);
+  await page.waitForSelector('#chosen:not([hidden]) .why');
+  await page.locator('#chosen').waitFor(); // the sheet has opened
+  await page.locator('#grip').tap();
+  assert.ok(await page.locator('#chosen').isHidden());
   await page.locator('#grip').tap();
   assert.ok(await page.locator('#methods').isVisible());
   await page.locator('#methods tr[data-method=none] label').tap();
@@ -300,6 +307,15 @@ await test('a scene of 20,000 objects opens, and the page answers meanwhile', as
   assert.ok(hidden > 1000 && drawn > 100, `masked draws ${drawn}, hides ${hidden}`);
   await context.close();
   await server.stop();
+});
+
+await test('the page has the colours of the report', () => {
+  const colours = (file) => readFileSync(`${source}/${file}`, 'utf8').split('}').slice(0, 3).map((block) => Object.fromEntries([...block.matchAll(/(--[\w-]+): (#\w+)/g)].map((found) => found.slice(1))));
+  const report = colours('src/evaluate/report/report.css'), viewer = colours('web/viewer/src/style.css');
+  for (const [theme, mine] of viewer.slice(0, 2).entries()) {
+    assert.ok(Object.keys(mine).length > 10);
+    for (const [name, colour] of Object.entries(mine)) assert.equal(colour, report[theme][name], name);
+  }
 });
 
 await browser.close();

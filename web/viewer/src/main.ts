@@ -410,7 +410,8 @@ byId('find').addEventListener('change', (event) => {
   else if (wish) say(`No object is called ${wish}`, 'note');
 });
 viewer.onFrame = onFrame;
-viewer.walker.onClick = (x, y) => chosen.chooseAt(x, y, () => openSheet(true));
+// Not before the tap is over: its click would meet the sheet.
+viewer.walker.onClick = (x, y) => chosen.chooseAt(x, y, () => setTimeout(() => openSheet(true), 80));
 viewer.walker.onTake = () => {
   byId('keys').classList.add('gone');
   if (viewer.autopilot) setTour(false);

@@ -293,6 +293,7 @@ export class Viewer {
     const half = Math.floor(width / 2), [first, second, third] = this.answers!;
     const left = this.drawHalf(this.method, first, third, 0, this.second ? half : width, height);
     const right = this.second ? this.drawHalf(this.second, second, third, half, width - half, height) : null;
+    if (right) this.states!.set(first.visible, third.visible); // what the rest of the page speaks of
     this.onFrame(left, right);
   }
 
