@@ -1,5 +1,6 @@
 #include "command.hpp"
 
+#include "bake/exact/certificate_file.hpp"
 #include "bake/sampled/sequential_test.hpp"
 #include "base/file.hpp"
 
@@ -17,7 +18,7 @@ struct BakeArguments {
     BakeOptions options;
     std::string output, cells, volumes, where, shard, granularity = "object";
     double where_radius = 0, alpha = 0, beta = 0;
-    bool dry_run = false;
+    bool dry_run = false, certificates = false;
     PvsCoding coding = PvsCoding::cheapest;
 };
 
@@ -150,9 +151,26 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
     return 0;
 }
 
+/// A proof for every pair of cell and object, beside the file.
+Status write_certificates(const BakeArguments& arguments, const Scene& scene, const Pvs& pvs,
+                          std::span<const std::byte> pvs_bytes, const Job& job) {
+    CertificateFileResult made;
+    Result<std::vector<std::byte>> proof = make_certificates(scene, pvs, pvs_bytes, made, job);
+    if (!proof)
+        return proof.status().in("--certificates");
+    std::string path = arguments.output + ".proof";
+    if (Status status = write_file_atomically(path, std::span<const std::byte>(*proof)); !status)
+        return status;
+    note(fmt::format("{}: {} witnesses, {} subdivisions of {} nodes in all, {} bytes; check them with verify --certificates",
+                     path, made.visible, made.trees, made.nodes, made.bytes));
+    return {};
+}
+
 int run_bake(BakeArguments& arguments) {
     if (arguments.output.empty() && !arguments.dry_run)
         return fail({ErrorCode::usage, "bake needs -o OUT.pvs (or --dry-run)"});
+    if (arguments.certificates && (arguments.options.method != "exact" || !arguments.shard.empty()))
+        return fail({ErrorCode::usage, "--certificates needs --method exact and no --shard"});
     if (!arguments.cells.empty()) {
         auto cells = parse_counts(arguments.cells, "--cells");
         if (!cells)
@@ -204,6 +222,9 @@ int run_bake(BakeArguments& arguments) {
         return fail(written.status());
     if (Status status = write_file_atomically(arguments.output, *bytes); !status)
         return fail(status);
+    if (arguments.certificates)
+        if (Status status = write_certificates(arguments, *scene, *written, *bytes, job); !status)
+            return fail(status);
     if (Status status = remove_file(arguments.options.checkpoint); !status)
         return fail(status);
     if (result->statistics.cells_baked == 0)
@@ -256,6 +277,8 @@ void add_bake(CLI::App& app) {
                        "How far around a camera path viewers can be [1/100 of the scene's diagonal]");
     command.add_flag("--dry-run", arguments->dry_run, "Estimate time and size from a few cells, write nothing");
     command.add_flag("--resume", options.resume, "Take up the finished cells of an interrupted bake");
+    command.add_flag("--certificates", arguments->certificates,
+                     "Exact bakes: store a proof for every pair of cell and object in OUT.pvs.proof");
     command.add_option("--shard", arguments->shard, "Bake part I of N only, for `antumbra merge`: I/N");
     std::map<std::string, PvsCoding> codings;
     for (PvsCoding coding : {PvsCoding::cheapest, PvsCoding::tree_leaves, PvsCoding::tree_parent,

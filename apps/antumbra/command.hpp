@@ -66,6 +66,7 @@ void add_verify(CLI::App& app);
 void add_explain(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_merge(CLI::App& app);
+void add_split(CLI::App& app);
 void add_walk(CLI::App& app);
 void add_prove(CLI::App& app);
 void add_cull(CLI::App& app);

@@ -17,6 +17,28 @@ struct ExplainArguments {
     bool no_proof = false;
 };
 
+/// Without an object: the whole cell as a drawing.
+int draw_cell(const ExplainArguments& arguments, const Scene& scene, const Pvs& pvs, const Vec3d& eye) {
+    if (arguments.glb.empty())
+        return fail({ErrorCode::usage, "explain needs --object, or --glb to draw the whole cell"});
+    Result<std::vector<std::byte>> bytes = cell_as_glb(scene, pvs, eye);
+    if (!bytes)
+        return fail(bytes.status());
+    if (Status status = write_file_atomically(arguments.glb, std::span<const std::byte>(*bytes)); !status)
+        return fail(status);
+    PvsCursor cursor;
+    pvs.query(eye, cursor);
+    if (arguments.common.json)
+        print_json({{"cell", cursor.cell},
+                    {"guarantee", to_string(pvs.guarantee())},
+                    {"listed", cursor.visible_count},
+                    {"objects", scene.objects().size()}});
+    else
+        fmt::print("{}: cell {} in yellow, {} objects that it lists in green, the other {} in red\n", arguments.glb,
+                   cursor.cell, cursor.visible_count, scene.objects().size() - cursor.visible_count);
+    return 0;
+}
+
 int run_explain(ExplainArguments& arguments) {
     Result<Vec3d> eye = parse_vec3(arguments.eye, "--eye");
     if (!eye)
@@ -24,15 +46,17 @@ int run_explain(ExplainArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    Result<std::uint32_t> object = find_object(*scene, arguments.object);
-    if (!object)
-        return fail(object.status());
     Result<MappedFile> file = MappedFile::open(arguments.pvs);
     if (!file)
         return fail(file.status());
     Result<Pvs> pvs = Pvs::open(file->bytes());
     if (!pvs)
         return fail(pvs.status().in(arguments.pvs));
+    if (arguments.object.empty())
+        return draw_cell(arguments, *scene, *pvs, *eye);
+    Result<std::uint32_t> object = find_object(*scene, arguments.object);
+    if (!object)
+        return fail(object.status());
     Job job = make_job(arguments.common);
     Result<Explainer> explainer = Explainer::create(*scene, *pvs, job);
     if (!explainer)
@@ -64,7 +88,8 @@ void add_explain(CLI::App& app) {
     arguments->scene.add_to(command);
     command.add_option("PVS", arguments->pvs, "The .pvs file")->required();
     command.add_option("--eye", arguments->eye, "Viewpoint X,Y,Z in the scene's coordinates")->required();
-    command.add_option("--object", arguments->object, "The object, by name or number")->required();
+    command.add_option("--object", arguments->object, "The object, by name or number; without it --glb draws what the "
+                                                          "whole cell sees (green) and does not (red)");
     command.add_option("--glb", arguments->glb, "Write the explanation as a drawing, to be looked at with the scene");
     command.add_option("--sight-lines", arguments->options.sight_lines, "Aimed at the object, from eye and cell each")
         ->check(CLI::Range(0, 1 << 24))

@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
     add_explain(app);
     add_compare(app);
     add_merge(app);
+    add_split(app);
     add_walk(app);
     add_prove(app);
     add_cull(app);

@@ -1,6 +1,6 @@
 #include "command.hpp"
 
-#include "bake/exact/proof.hpp"
+#include "bake/exact/certificate_file.hpp"
 #include "base/file.hpp"
 
 #include <antumbra/evaluate.hpp>
@@ -13,7 +13,7 @@ namespace {
 struct VerifyArguments {
     Common common;
     SceneArguments scene;
-    std::string pvs;
+    std::string pvs, proof;
     VerifyOptions options;
     bool certificates = false;
     CertificateOptions certificate_options;
@@ -98,6 +98,47 @@ int run_certificates(const VerifyArguments& arguments, const Scene& scene, const
                   : 0;
 }
 
+/// Certificates stored with the bake, all of them, checked without the solver.
+int run_stored_certificates(const VerifyArguments& arguments, const Scene& scene, const Pvs& pvs,
+                            std::span<const std::byte> pvs_bytes, const std::string& path) {
+    Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return fail(file.status());
+    Result<CertificateFileResult> result =
+        check_certificate_file(scene, pvs, pvs_bytes, file->bytes(), make_job(arguments.common));
+    if (!result)
+        return fail(result.status().in(path));
+    if (arguments.common.json) {
+        Json document;
+        document["guarantee"] = to_string(pvs.guarantee());
+        document["stored"] = path;
+        document["cells"] = result->cells;
+        document["pairs"] = result->pairs;
+        document["proved_visible"] = result->visible;
+        document["proved_hidden"] = result->hidden;
+        document["visible_by_definition"] = result->by_definition;
+        document["undecided"] = result->undecided;
+        document["trees"] = result->trees;
+        document["nodes"] = result->nodes;
+        document["bytes"] = result->bytes;
+        document["rejected"] = result->rejected;
+        document["disagree"] = result->disagree;
+        document["first_problem"] = result->first_problem;
+        print_json(document);
+    } else {
+        fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
+        fmt::print("stored     {}: all {} pairs of {} cells: {} visible by a witness, {} hidden by {} trees of {} nodes in "
+                   "all, {} touch their cell, {} undecided\n",
+                   path, result->pairs, result->cells, result->visible, result->hidden, result->trees, result->nodes,
+                   result->by_definition, result->undecided);
+        fmt::print("rejected   {} proofs; {} pairs are listed otherwise\n", result->rejected, result->disagree);
+    }
+    if (result->rejected + result->disagree == 0)
+        return 0;
+    return fail({ErrorCode::internal, path + ": " + result->first_problem +
+                                          "; do not trust the file, and please report how it was baked"});
+}
+
 int run_verify(VerifyArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
@@ -109,6 +150,9 @@ int run_verify(VerifyArguments& arguments) {
     if (!pvs)
         return fail(pvs.status().in(arguments.pvs));
     arguments.certificate_options.seed = arguments.common.seed;
+    std::string stored = arguments.proof.empty() ? arguments.pvs + ".proof" : arguments.proof;
+    if (arguments.certificates && (!arguments.proof.empty() || file_exists(stored)))
+        return run_stored_certificates(arguments, *scene, *pvs, file->bytes(), stored);
     if (arguments.certificates)
         return run_certificates(arguments, *scene, *pvs);
     arguments.options.seed = arguments.common.seed;
@@ -142,7 +186,9 @@ void add_verify(CLI::App& app) {
         ->check(CLI::Range(1, 8192))
         ->capture_default_str();
     command.add_flag("--certificates", arguments->certificates,
-                     "Prove random (cell, object) pairs exactly and check the proofs, instead of viewpoints");
+                     "Check the certificates stored in PVS.proof; without that file prove random (cell, object) pairs "
+                     "exactly and check those proofs. Instead of viewpoints");
+    command.add_option("--proof", arguments->proof, "The file of certificates, if it is not PVS.proof");
     command.add_option("--pairs", arguments->certificate_options.pairs, "How many pairs --certificates proves")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

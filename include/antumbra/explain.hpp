@@ -120,4 +120,9 @@ std::string explain_in_json(const Scene& scene, const Explanation& explanation);
 /// yellow from the cell), the cell's box (yellow) and a cross at the eye (white).
 Result<std::vector<std::byte>> explain_as_glb(const Scene& scene, const Explanation& explanation);
 
+/// The whole cell around an eye (world) as a drawing, as in figure 5 of Nirenstein, Blake and Gain 2002: the cell in yellow,
+/// what the file lists in green, what it does not in red. Of a view tree, the leaves around the eye, all directions
+/// together. ErrorCode::usage where no baked cell is, mismatch if the file belongs to another scene.
+Result<std::vector<std::byte>> cell_as_glb(const Scene& scene, const Pvs& pvs, const Vec3d& eye);
+
 } // namespace antumbra

@@ -54,7 +54,7 @@ class Commands(unittest.TestCase):
     def test_every_command_has_help_with_an_example(self):
         for command in ("info", "generate", "bake", "query", "verify", "walk", "inspect", "cull", "explain", "prove",
                         "compare", "occluders", "prepare",
-                        "merge"):
+                        "merge", "split"):
             self.assertIn("Example:", run(command, "--help")[0], command)
 
     def test_prepare_stores_what_cull_and_walk_use(self):
@@ -145,6 +145,24 @@ class Commands(unittest.TestCase):
         self.assert_one_line_error(1, "merge", parts[1], "-o", whole, saying=["missing: 1"])
         self.assert_one_line_error(1, "merge", *parts, self.pvs, "-o", whole, saying=[self.pvs])
         self.assert_one_line_error(2, "bake", self.scene, "-o", whole, "--shard", "3/2", saying=["--shard"])
+
+    def test_split_keeps_every_triangle(self):
+        split = os.path.join(self.folder.name, "split.glb")
+        made = run_json("split", self.scene, "-o", split, "--most-triangles", 20)
+        before, after = run_json("info", self.scene), run_json("info", split)
+        self.assertEqual((after["triangles"], after["bounds"]), (before["triangles"], before["bounds"]))
+        self.assertEqual(after["objects"], made["objects"])
+        self.assertGreater(after["objects"], before["objects"])
+
+    def test_stored_certificates_are_checked(self):
+        exact = os.path.join(self.folder.name, "proved.pvs")
+        run("bake", self.scene, "-o", exact, "--cells", "2x1x1", "--rays-per-cell", 4096, "--method", "exact", "--certificates")
+        checked = run_json("verify", self.scene, exact, "--certificates")
+        self.assertEqual((checked["pairs"], checked["rejected"], checked["disagree"]), (2 * 159, 0, 0))
+        self.assertGreater(checked["proved_hidden"], 10)
+        self.assert_one_line_error(1, "verify", self.scene, self.pvs, "--certificates", "--proof", exact + ".proof",
+                                   saying=["belongs to another"])
+        self.assert_one_line_error(2, "bake", self.scene, "-o", exact, "--certificates", saying=["--method exact"])
 
     def test_info_keys(self):
         info = run_json("info", self.scene)

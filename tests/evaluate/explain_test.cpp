@@ -201,6 +201,21 @@ TEST(Explain, TheJsonHasItsKeysAndTheDrawingItsParts) {
     }
 }
 
+TEST(Explain, AWholeCellIsDrawnInGreenAndRed) {
+    Asked asked;
+    Result<std::vector<std::byte>> glb = cell_as_glb(asked.scene, *asked.file.pvs, kLeftEye);
+    ASSERT_TRUE(glb) << glb.status().message();
+    Result<RawScene> drawn = import_gltf(*glb, "cell", "");
+    ASSERT_TRUE(drawn) << drawn.status().message();
+    ASSERT_EQ(drawn->objects.size(), 3u);
+    EXPECT_EQ(drawn->objects[0].name, "visible");
+    EXPECT_EQ(drawn->objects[0].triangle_count, 36u);
+    EXPECT_EQ(drawn->objects[1].name, "hidden");
+    EXPECT_EQ(drawn->objects[1].triangle_count, 12u);
+    EXPECT_EQ(drawn->objects[2].triangle_count, 12u);
+    EXPECT_EQ(cell_as_glb(asked.scene, *asked.file.pvs, {-10, 1, 1}).status().code(), ErrorCode::usage);
+}
+
 TEST(Explain, TheSameQuestionTwiceGetsTheSameAnswer) {
     Asked asked;
     EXPECT_EQ(explain_in_json(asked.scene, asked.ask(kRightCrate)), explain_in_json(asked.scene, asked.ask(kRightCrate)));

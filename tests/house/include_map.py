@@ -34,6 +34,7 @@ PUBLIC = {
     "status": "base", "job": "base", "math": "geometry", "scene": "scene", "import": "import", "export": "export",
     "generate": "generate", "camera": "import", "quake3": "import", "pvs": "pvs", "cull": "cull", "occluders": "occluders", "occluder_database": "occluders", "occluder_finding": "occluder_finding", "bake": "bake", "mos": "mos", "evaluate": "evaluate", "study": "evaluate", "antumbra": "capi",
     "explain": "evaluate", "compare": "evaluate",
+    "split": "scene",
 }
 # The run time: closed under inclusion and free of everything but the standard library.
 RUNTIME = {"base", "geometry", "tree", "raster", "occluders", "occlusion_tree", "pvs", "cull", "capi"}

@@ -68,6 +68,7 @@ bool Prover::hide_box(const GridBox& cell, const GridBox& box, PairProof& proof)
                 return false;
             }
         }
+    proof.boxes.push_back(box);
     return true;
 }
 
@@ -139,6 +140,7 @@ PairProof Prover::prove(const GridBox& cell, std::uint32_t object) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
             if (!hide_triangle(cell, tree_.order()[i], proof)) {
                 proof.parts.clear();
+                proof.boxes.clear();
                 return proof;
             }
     }

@@ -28,6 +28,7 @@ struct PairProof {
     certify::WitnessSegment witness;
     // hidden: every part of the object, as boxes or triangles
     std::vector<HiddenPart> parts;
+    std::vector<GridBox> boxes; ///< that hold them; triangles outside of all boxes are parts themselves
 };
 
 /// Budgets of one proof; beyond them the answer is `undecided`.

@@ -1,4 +1,7 @@
 // The explanation as words, as JSON and as a drawing.
+#include "evaluate/spatial_cells.hpp"
+
+#include <antumbra/evaluate.hpp>
 #include <antumbra/explain.hpp>
 #include <antumbra/export.hpp>
 
@@ -290,6 +293,38 @@ Result<std::vector<std::byte>> explain_as_glb(const Scene& scene, const Explanat
     }
     double size = length(scene.world_bounds().size()) / 200;
     parts.push_back(draw_cross("eye", kWhite, e.eye, size));
+    return export_drawing(parts);
+}
+
+Result<std::vector<std::byte>> cell_as_glb(const Scene& scene, const Pvs& pvs, const Vec3d& eye) {
+    if (Status status = check_belongs(scene, pvs); !status)
+        return status;
+    PvsCursor cursor;
+    pvs.query(eye, cursor);
+    if (cursor.everything)
+        return Status(ErrorCode::usage, "no baked cell is around the eye: everything is visible from there");
+    Box3d cell;
+    if (pvs.tree().nodes.empty()) {
+        cell = pvs.grid().cell(std::uint64_t(pvs.grid().find(eye)));
+    } else {
+        for (const SpatialCell& one : spatial_cells(pvs))
+            if (one.box.contains(eye))
+                cell = one.box;
+    }
+    std::vector<DrawingPart> parts = {{"visible", kGreen, false, {}, {}}, {"hidden", kRed, false, {}, {}}};
+    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
+        const Object& object = scene.objects()[o];
+        for (std::uint32_t t = 0; t < object.triangle_count; ++t)
+            add_triangle(scene, object.first_triangle + t, parts[cursor.visible[o / 64] >> (o % 64) & 1 ? 0 : 1]);
+    }
+    static constexpr std::uint32_t faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                                  {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    DrawingPart block{"cell", kYellow, false, {}, {}};
+    for (int corner = 0; corner < 8; ++corner)
+        block.positions.push_back(cell.corner(corner));
+    for (const auto& f : faces)
+        block.indices.insert(block.indices.end(), {f[0], f[1], f[2], f[0], f[2], f[3]});
+    parts.push_back(std::move(block));
     return export_drawing(parts);
 }
 

@@ -26,6 +26,8 @@ constexpr std::array kStudies{
     Entry{"poon-wang", "criteria of occluder choice, routes by depth complexity, resolutions (Poon, Wang 1999); made for "
                        "generate downtown",
           study_poon_wang},
+    Entry{"nirenstein", "time per cell, culling, effective occluders, what a cell sees (Nirenstein, Blake, Gain 2002)",
+          study_nirenstein},
 };
 
 Json cell_json(const StudyCell& cell) {
