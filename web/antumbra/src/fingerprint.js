@@ -61,8 +61,8 @@ export function structureFingerprint(json) {
   const mixByte = (byte) => {
     low = (low ^ byte) >>> 0;
     const product = low * 0x1b3; // below 2^53
-    high = (high * 0x1b3 + Math.floor(product / 0x100000000) + ((low << 8) >>> 0)) % 0x100000000;
-    low = product % 0x100000000;
+    high = (high * 0x1b3 + Math.floor(product / 0x100000000) + ((low << 8) >>> 0)) >>> 0; // below 2^53, too
+    low = product >>> 0;
   };
   const mix = (value) => {
     const word = value & MASK;
@@ -71,6 +71,11 @@ export function structureFingerprint(json) {
     mixByte((word >>> 16) & 255);
     mixByte(word >>> 24);
   };
-  forEachObject(json, (...numbers) => numbers.forEach(mix));
+  forEachObject(json, (node, primitive, instance, triangles) => {
+    mix(node);
+    mix(primitive);
+    mix(instance);
+    mix(triangles);
+  });
   return (BigInt(high) << 32n) | BigInt(low >>> 0);
 }

@@ -26,6 +26,13 @@ test("the version is that of the package and of the header", () => {
   assert.equal(version, `${part("MAJOR")}.${part("MINOR")}.${part("PATCH")}`);
 });
 
+test("the lock file names no registry, and the package needs nothing", () => {
+  assert.doesNotMatch(readFileSync(`${packageFolder}package-lock.json`, "utf8"), /"resolved"/);
+  const { dependencies, peerDependenciesMeta } = JSON.parse(readFileSync(`${packageFolder}package.json`));
+  assert.equal(dependencies, undefined);
+  assert.equal(peerDependenciesMeta.three.optional, true);
+});
+
 for (const name of ["town.pvs", "tree.pvs", "square.pvs"])
   test(`${name}: random questions get the answers of the program`, async () => {
     const pvs = await open(pathToFileURL(fileOf(name)));
