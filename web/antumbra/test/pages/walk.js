@@ -13,11 +13,15 @@ function randomNumbers(seed) {
   };
 }
 
-/** Objects with flat colours of their own, so that each that is missing is seen. */
-function colour(scene) {
+/** Objects with colours of their own, so that each that is missing is seen. `flat`: the colour is the node's index. */
+function colour(gltf, flat) {
+  const Material = flat ? THREE.MeshBasicMaterial : THREE.MeshLambertMaterial;
   let index = 0;
-  scene.traverse((object) => {
-    if (object.isMesh) object.material = new THREE.MeshLambertMaterial({ color: (++index * 2654435761) & 0xffffff });
+  gltf.scene.traverse((object) => {
+    if (!object.isMesh) return;
+    ++index;
+    const color = flat ? gltf.parser.associations.get(object).nodes + 1 : Math.imul(index, 2654435761) & 0xffffff;
+    object.material = new Material({ color });
   });
 }
 
@@ -41,6 +45,17 @@ function draw(renderer, world, camera, pixels) {
   return { time: performance.now() - start, calls: renderer.info.render.calls, triangles: renderer.info.render.triangles };
 }
 
+/** Up to a thousand pixels that differ: nodes in the first and the second picture, of `flat` colours. */
+function listDifferent(a, b, width) {
+  const list = [];
+  for (let i = 0; i < a.length && list.length < 1000; i += 4)
+    if (a[i] !== b[i] || a[i + 1] !== b[i + 1] || a[i + 2] !== b[i + 2]) {
+      const node = (pixels) => ((pixels[i] << 16) | (pixels[i + 1] << 8) | pixels[i + 2]) - 1;
+      list.push({ x: (i / 4) % width, y: Math.floor(i / 4 / width), all: node(a), culled: node(b) });
+    }
+  return list;
+}
+
 function countDifferent(a, b) {
   const left = new Uint32Array(a.buffer), right = new Uint32Array(b.buffer);
   let different = 0;
@@ -50,13 +65,13 @@ function countDifferent(a, b) {
 
 const median = (list) => list.slice().sort((a, b) => a - b)[Math.floor(list.length / 2)];
 
-window.run = async ({ scene, pvs, frames, seed = 1, shadows = false, near = 0.05, width = 480, height = 320, margin = 0.1 }) => {
+window.run = async ({ scene, pvs, frames, seed = 1, shadows = false, near = 0.05, width = 480, height = 320, margin = 0.1, flat = false }) => {
   const renderer = new THREE.WebGLRenderer({ preserveDrawingBuffer: true });
   renderer.setSize(width, height);
   renderer.shadowMap.enabled = shadows;
   document.body.append(renderer.domElement);
   const gltf = await new GLTFLoader().loadAsync(scene);
-  colour(gltf.scene);
+  colour(gltf, flat);
   const world = new THREE.Scene();
   world.background = new THREE.Color(0x88aacc);
   world.add(gltf.scene);
@@ -93,9 +108,10 @@ window.run = async ({ scene, pvs, frames, seed = 1, shadows = false, near = 0.05
     culling.enabled = false;
     const plain = draw(renderer, world, camera, all);
     if (frame < 0) continue; // the first one uploads what the others find there
-    rows.push({ frame, eye, changed, update, hidden, different: countDifferent(all, some), outside: culling.answer.everything,
+    rows.push({ frame, eye, forward: camera.getWorldDirection(new THREE.Vector3()).toArray(), changed, update, hidden, different: countDifferent(all, some), outside: culling.answer.everything,
                 plainMs: plain.time, culledMs: culled.time, plainCalls: plain.calls, culledCalls: culled.calls,
-                plainTriangles: plain.triangles, culledTriangles: culled.triangles });
+                plainTriangles: plain.triangles, culledTriangles: culled.triangles,
+                list: flat ? listDifferent(all, some, width) : undefined });
   }
   const of = (key) => median(rows.map((row) => row[key]));
   return { openMs, rows, objects: culling.pvs.info.objectCount,
