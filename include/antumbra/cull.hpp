@@ -190,7 +190,7 @@ struct OcclusionTreeOptions {
     Retest retest = Retest::when_unmarked;
     AreaAngle area_angle = AreaAngle::viewing_direction;
     /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest
-    /// step of the eye so far (everything, before it has moved).
+    /// step of the eye so far, but a quarter of the scene's size at least (everything, before it has moved).
     double reach = 0;
 };
 

@@ -18,6 +18,7 @@ namespace {
 constexpr std::uint32_t kMostOccluders = 256;
 constexpr std::uint32_t kMostPotential = 1u << 15; ///< the largest polygons of the scene
 constexpr double kStepsOfReach = 100;              ///< lambda of the paper
+constexpr double kLeastReach = 0.25;               ///< of the scene's size: for those who hardly move
 constexpr double kJump = 0.02;                     ///< of the scene's size: last frame's leaves say nothing
 constexpr double kTurn = 0.7;                      ///< cosine of a turn that is a jump, too
 
@@ -61,6 +62,7 @@ class PublishedTree final : public Culler {
         const CullScene::Data& data = scene.data();
         KdTreeOptions kd;
         kd.leaf_items = 1;
+        kd.most_copies = 8; // walls and floors are in many cells
         kd_ = build_kd_tree(data.bounds, data.order, kd);
         sum_costs();
         if (method != TreeMethod::f) {
@@ -229,7 +231,7 @@ class PublishedTree final : public Culler {
     void choose(const Camera& camera, State& state) const {
         const OccluderSet& set = scene_.data().occluders;
         double reach = options_.reach > 0 ? options_.reach
-                       : state.longest_step > 0 ? kStepsOfReach * state.longest_step
+                       : state.longest_step > 0 ? std::max(kStepsOfReach * state.longest_step, kLeastReach * size_)
                                                 : std::numeric_limits<double>::infinity();
         ++state.choice;
         state.candidates.clear();

@@ -38,22 +38,20 @@ struct Boundaries {
 
 class Builder {
   public:
-    Builder(std::span<const Box3f> boxes, const KdTreeOptions& options, std::size_t items)
-        : boxes_(boxes), options_(options),
-          most_listed_(static_cast<std::size_t>(double(items) * std::max(1.0, options.most_copies))) {}
+    Builder(std::span<const Box3f> boxes, const KdTreeOptions& options) : boxes_(boxes), options_(options) {}
 
     KdTree run(std::span<const std::uint32_t> items) {
         Box3f cell;
         for (std::uint32_t item : items)
             cell.extend(boxes_[item]);
-        listed_ = items.size();
         if (!items.empty())
-            build(cell, {items.begin(), items.end()}, 0);
+            build(cell, {items.begin(), items.end()}, 0, double(items.size()) * std::max(1.0, options_.most_copies));
         return std::move(tree_);
     }
 
   private:
-    void build(const Box3f& cell, std::vector<std::uint32_t> items, std::uint32_t depth) {
+    /// `allowance`: what the leaves below may list together; children share it by what they hold.
+    void build(const Box3f& cell, std::vector<std::uint32_t> items, std::uint32_t depth, double allowance) {
         std::size_t index = tree_.nodes.size();
         tree_.nodes.push_back({cell, 0, 0, 0});
         Cut cut;
@@ -68,20 +66,21 @@ class Builder {
                 if (beyond)
                     right.push_back(item);
             }
-        if (cut.axis < 0 || listed_ + left.size() + right.size() - items.size() > most_listed_) {
+        double listed = double(left.size() + right.size());
+        if (cut.axis < 0 || listed > allowance) {
             tree_.nodes[index].first = static_cast<std::uint32_t>(tree_.items.size());
             tree_.nodes[index].count = static_cast<std::uint32_t>(items.size());
             std::sort(items.begin(), items.end());
             tree_.items.insert(tree_.items.end(), items.begin(), items.end());
             return;
         }
-        listed_ += left.size() + right.size() - items.size();
         items = {};
+        double left_allowance = allowance * (double(left.size()) / listed);
         Box3f low = cell, high = cell;
         low.max[cut.axis] = high.min[cut.axis] = cut.at;
-        build(low, std::move(left), depth + 1);
+        build(low, std::move(left), depth + 1, left_allowance);
         tree_.nodes[index].right = static_cast<std::uint32_t>(tree_.nodes.size());
-        build(high, std::move(right), depth + 1);
+        build(high, std::move(right), depth + 1, allowance - left_allowance);
     }
 
     /// Calls use(at) for every boundary inside of the cell, ascending, each once.
@@ -159,7 +158,6 @@ class Builder {
 
     std::span<const Box3f> boxes_;
     const KdTreeOptions& options_;
-    std::size_t most_listed_, listed_ = 0;
     KdTree tree_;
     Boundaries sorted_;
 };
@@ -167,7 +165,7 @@ class Builder {
 } // namespace
 
 KdTree build_kd_tree(std::span<const Box3f> boxes, std::span<const std::uint32_t> items, const KdTreeOptions& options) {
-    return Builder(boxes, options, items.size()).run(items);
+    return Builder(boxes, options).run(items);
 }
 
 } // namespace antumbra
