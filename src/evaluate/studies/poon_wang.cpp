@@ -252,19 +252,21 @@ class PoonWang {
     void add_goal_of_sets(const std::vector<std::vector<AtLimit>>& all) {
         StudyTable table;
         table.title = "Occluders needed for the same culled share";
-        table.note = "Shares that first hit reaches with 64 to 768 occluders, and how many each criterion needs for them "
+        table.note = "Shares that minimum sets reach with 16 to 768 occluders, and how many each criterion needs for them "
                      "(straight lines between the measured numbers).";
         table.columns = {{"culled", "%", 2}, {"MOS", "", 0}, {"first hit", "", 0}, {"projected size", "", 0},
                          {"first hit / MOS", "", 2}};
         table.rows.push_back({StudyOrigin::published, {94.0, 192.0, 384.0, {}, 2.0}});
         auto cell = [](double value) { return value < 0 ? StudyCell("not reached") : StudyCell(value); };
-        for (const AtLimit& first_hit : all[2]) {
-            if (first_hit.limit < 64)
+        double last = -1;
+        for (const AtLimit& sets : all[1]) {
+            if (sets.culled == last) // nothing more to offer
                 continue;
-            double mos = needed(all[1], first_hit.culled), hit = needed(all[2], first_hit.culled);
-            table.rows.push_back({StudyOrigin::ours, {first_hit.culled, cell(mos), cell(hit),
-                                                      cell(needed(all[0], first_hit.culled)),
-                                                      mos > 0 && hit > 0 ? StudyCell(hit / mos) : StudyCell()}});
+            last = sets.culled;
+            double hit = needed(all[2], sets.culled);
+            table.rows.push_back({StudyOrigin::ours, {sets.culled, double(sets.used), cell(hit),
+                                                      cell(needed(all[0], sets.culled)),
+                                                      hit > 0 ? StudyCell(hit / double(sets.used)) : StudyCell()}});
         }
         study_.tables.push_back(std::move(table));
     }
