@@ -150,7 +150,8 @@ export class Chosen {
     const marks: Marks = { lines: [], objects: [] }, blocks: HTMLElement[] = [];
     blocks.push(this.tellOne(explanation.from_eye, 'from here', marks, orange));
     const cell = explanation.from_cell;
-    if (cell) blocks.push(this.tellOne(cell, explanation.cell?.index == null ? 'from the whole cell' : `from all of cell ${explanation.cell.index}`, marks, yellow));
+    const name = explanation.cell?.index == null ? 'the cell' : `cell ${explanation.cell.index}`;
+    if (cell) blocks.push(this.tellOne(cell, cell.answer === 'visible' ? `from somewhere in ${name}` : `from all of ${name}`, marks, yellow));
     const listed = explanation.pvs?.listed, truth = cell?.answer ?? explanation.from_eye.answer;
     if (explanation.pvs?.always_visible) blocks.push(element('p', { class: 'muted' }, 'It moves or was told never to be culled: it is always drawn.'));
     else if (listed === false && truth === 'visible')
@@ -167,7 +168,8 @@ export class Chosen {
       if (sight.witness) marks.lines.push({ from: new Vector3(...(sight.witness.from as [number, number, number])), to: new Vector3(...(sight.witness.to as [number, number, number])), colour });
       return element('div', { class: 'why good' }, element('strong', {}, `Visible ${where}: proved`),
         sight.touches ? 'The viewpoint touches it.' : 'A line of sight is free, by exact arithmetic; it is drawn in the picture.',
-        small(`${whole(sight.lines_through)} of ${plural(sight.sight_lines, 'sight line')} got through`));
+        ...(sight.lines_through > 0 ? [small(`${whole(sight.lines_through)} of ${plural(sight.sight_lines, 'sight line')} got through`)]
+          : sight.touches ? [] : [small('No sight line found it; the proof did.')]));
     }
     const hiders = sight.hiders.map(({ id, share }) => ({ object: this.viewer.model!.objects[this.bake!.indexOf(id)], share })).filter(({ object }) => object);
     for (const { object } of hiders) marks.objects.push({ object, colour: blue });
