@@ -28,6 +28,7 @@ export function made(name, make) {
 /** `antumbra view` with these arguments; resolves when it has printed its address. */
 export async function serve(...parts) {
   const child = spawn(program, ['view', '--no-open', '--port', '0', ...parts]);
+  process.on('exit', () => child.kill()); // also when a test has failed before it could stop it
   let text = '', errors = '';
   child.stderr.on('data', (data) => { errors += data; });
   const ended = new Promise((resolve) => child.on('exit', (code) => resolve(code)));
