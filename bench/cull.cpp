@@ -2,6 +2,7 @@
 // stands beside its quality: what was culled, what is really seen (rays), and what was lost (must be 0).
 //
 //   bench_cull [SCENE.glb or the name of a generated scene: city] --frames 240 --occluders 64 --width 384
+#include <antumbra/bake.hpp>
 #include <antumbra/cull.hpp>
 #include <antumbra/generate.hpp>
 #include <antumbra/import.hpp>
@@ -35,6 +36,7 @@ struct Options {
     int frames = 240, passes = 5, truth = 160;
     double speed = 1; ///< walking speed
     double height = 0;
+    bool prepared = false; ///< through the chunks of a file
     CullerOptions culler;
 };
 
@@ -229,6 +231,16 @@ void run(const std::string& path, const Options& options) {
     start = Clock::now();
     CullScene cull_scene = CullScene::create(input);
     double preparing = milliseconds_since(start);
+    std::vector<std::byte> file;
+    if (options.prepared) {
+        start = Clock::now();
+        std::vector<PvsChunk> chunks = *prepare_chunks(cull_scene);
+        std::printf("prepared in %.0f ms", milliseconds_since(start));
+        file = *add_pvs_chunks(*encode_pvs(describe_scene(*scene)), chunks);
+        start = Clock::now();
+        cull_scene = *CullScene::open(*Pvs::open(file));
+        std::printf(", %zu bytes, opened in %.0f ms\n", file.size(), milliseconds_since(start));
+    }
     std::vector<View> views = street_walk(*scene, tracer, options.frames, options.speed);
     if (views.empty()) {
         std::printf("%s: found no place to walk\n", path.c_str());
@@ -297,7 +309,11 @@ int main(int argc, char** argv) {
             options.culler.instruction_set = isa == "scalar" ? InstructionSet::scalar
                                              : isa == "avx2" ? InstructionSet::avx2
                                                              : InstructionSet::automatic;
-        } else if (!std::strcmp(argv[i], "--pixels"))
+        } else if (!std::strcmp(argv[i], "--choice"))
+            options.culler.occluder_choice = OccluderChoice(std::atoi(value()));
+        else if (!std::strcmp(argv[i], "--prepared"))
+            options.prepared = std::atoi(value()) != 0;
+        else if (!std::strcmp(argv[i], "--pixels"))
             options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))
             options.culler.polygon_budget = std::uint32_t(std::atoi(value()));

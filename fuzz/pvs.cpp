@@ -67,7 +67,7 @@ void cull(const CullScene& scene) {
     View view;
     view.eye = {1, 2, 3};
     for (std::string_view name : culler_names()) {
-        auto culler = make_culler(name, scene);
+        auto culler = make_culler(name, scene, {.occluder_choice = OccluderChoice::first_hit});
         ViewState state;
         CullResult result;
         if (culler)
@@ -86,7 +86,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
         PvsData start = which % 2 ? test::random_pvs(which, 60) : test::random_pvs_tree(which, 60);
         std::vector<std::byte> file = *encode_pvs(start, PvsCoding(1 + which % 6));
         if (which % 3 == 0)
-            file = *add_pvs_chunks(file, *prepare_chunks(scene_of(start, random), {.leaves = 4, .per_set = 3}));
+            file = *add_pvs_chunks(file, *prepare_chunks(scene_of(start, random), {.leaves = 4, .per_set = 3, .first_hit_leaves = 1}));
         size = std::min(file.size(), most);
         std::memcpy(data, file.data(), size);
     }

@@ -82,7 +82,7 @@ Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, con
     options.merge = !arguments.no_merge;
     options.inner_boxes = !arguments.no_inner_boxes;
     CullScene cull_scene = cull_scene_of(scene, find_occluders(scene, options, &statistics));
-    Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare);
+    Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare, make_job(arguments.common));
     if (!chunks || !arguments.minimum_sets)
         return chunks;
     Result<OccluderDatabase> database = make_minimum_sets(arguments, scene, find_occluders(scene, options));
@@ -141,6 +141,9 @@ void add_prepare(CLI::App& app) {
     command.add_option("-o,--output", arguments->output, "File to write: .pvs")->required();
     command.add_option("--pvs", arguments->pvs, "A bake of the same scene to copy; without one the file has no cells");
     command.add_option("--leaves", arguments->prepare.leaves, "Leaves of space that have occluder sets of their own")
+        ->check(CLI::Range(1, 1 << 20))
+        ->capture_default_str();
+    command.add_option("--first-hit-leaves", arguments->prepare.first_hit_leaves, "Leaves that have sets by first hit")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command.add_option("--per-set", arguments->prepare.per_set, "Occluders for each leaf and direction; 0: no sets")

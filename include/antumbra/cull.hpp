@@ -10,6 +10,7 @@
 //     culler->cull(view, state, result);                      // each frame
 #pragma once
 
+#include <antumbra/job.hpp>
 #include <antumbra/math.hpp>
 #include <antumbra/occluder_database.hpp>
 #include <antumbra/occluders.hpp>
@@ -85,11 +86,15 @@ struct PrepareOptions {
     /// Occluder sets (Coorg, Teller 1997): leaves that space is cut into, and occluders for each leaf and direction; 0:
     /// no sets.
     std::uint32_t leaves = 256, per_set = 64;
+    /// Leaves that have sets by first hit (OccluderChoice::first_hit).
+    std::uint32_t first_hit_leaves = 256;
 };
 
 /// A CullScene as chunks for add_pvs_chunks(): occluders, their groups, the trees, and sets of occluders per place and
-/// direction. The file must describe the same objects in the same order. A pure function of (scene, options).
-Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options = {});
+/// direction. The file must describe the same objects in the same order. A pure function of (scene, options), whatever
+/// the threads. ErrorCode::cancelled if the job is.
+Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options = {},
+                                             const Job& job = {});
 
 /// The database of build_occluder_database() (mos.hpp) as another chunk, MOSD: of the same occluders as the others.
 PvsChunk occluder_database_chunk(const OccluderDatabase& database);
@@ -240,7 +245,15 @@ struct OpacityOptions {
     const OccluderDatabase* database = nullptr;
 };
 
+/// How `planes` chooses its occluders. The choice decides what is found to be hidden, never whether it is.
+enum class OccluderChoice : std::uint8_t {
+    area_angle,     ///< area times cosine over squared distance (Coorg, Teller 1997), searched for anew as the eye moves
+    projected_size, ///< the same without the cosine: size over squared distance
+    first_hit,      ///< what most rays of sample views hit first, from the lists of a prepared file; without them area_angle
+};
+
 struct CullerOptions {
+    OccluderChoice occluder_choice = OccluderChoice::area_angle;
     InstructionSet instruction_set = InstructionSet::automatic;
     /// `planes`: occluders per frame, 0..64; `planes-published`: per leaf and direction, 0..256;
     /// `tree-fse`, `tree-fme`, `tree-fmc`: per frame, 0..256; `tree`: 0..512.
@@ -254,7 +267,9 @@ struct CullerOptions {
     /// `masked`: patches are not drawn where their box covers fewer pixels for each of their polygons.
     float pixels_per_polygon = 8;
     OpacityOptions opacity;
-    const Pvs* pvs = nullptr; ///< `pvs` needs one of the same objects in the same order; it must outlive the culler
+    /// `pvs` needs one of the same objects in the same order; `planes` takes its occluders from what the cell of the eye sees,
+    /// if one is given. It must outlive the culler.
+    const Pvs* pvs = nullptr;
 };
 
 /// Names that make_culler() knows, from the plainest method to the most elaborate.

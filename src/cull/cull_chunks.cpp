@@ -1,5 +1,6 @@
 // A CullScene as chunks of a .pvs file, and back. Byte layout: docs/format.md, section 6. To add a chunk: encode it in
 // prepare_chunks(), decode it in CullScene::open().
+#include "cull/first_hit_sets.hpp"
 #include "cull/scene_data.hpp"
 
 #include <utility>
@@ -14,7 +15,7 @@ constexpr const char* kSets = "OSET";
 constexpr const char* kMinimumSets = "MOSD";
 
 /// Families of chunk OSET.
-enum SetFamily : std::uint32_t { kFronts = 1, kBacks = 2 };
+enum SetFamily : std::uint32_t { kFronts = 1, kBacks = 2, kFirstHits = 3 };
 
 PvsChunk encode_trees(const CullScene::Data& data) {
     ByteWriter out;
@@ -23,13 +24,15 @@ PvsChunk encode_trees(const CullScene::Data& data) {
     return {kTrees, std::move(out.bytes)};
 }
 
-PvsChunk encode_sets(const OccluderSets& fronts, const OccluderSets& backs) {
+PvsChunk encode_sets(const OccluderSets& fronts, const OccluderSets& backs, const OccluderSets& first_hits) {
     ByteWriter out;
-    out.u32(2);
-    out.u32(kFronts);
-    fronts.encode(out);
-    out.u32(kBacks);
-    backs.encode(out);
+    const std::pair<std::uint32_t, const OccluderSets*> families[] = {{kFronts, &fronts}, {kBacks, &backs}, {kFirstHits, &first_hits}};
+    out.u32(first_hits.empty() ? 2 : 3);
+    for (auto [kind, sets] : families)
+        if (!sets->empty()) {
+            out.u32(kind);
+            sets->encode(out);
+        }
     return {kSets, std::move(out.bytes)};
 }
 
@@ -52,16 +55,19 @@ Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
             return corrupt(kSets, "it ends too early");
         std::uint32_t kind = load_u32(bytes, at);
         at += 4;
-        Result<OccluderSets> sets = OccluderSets::decode(bytes, at, data.occluders.polygons.size());
+        std::size_t items = kind == kFirstHits ? data.groups.groups.size() : data.occluders.polygons.size();
+        Result<OccluderSets> sets = OccluderSets::decode(bytes, at, items);
         if (!sets)
             return sets.status();
         for (std::uint32_t polygon : sets->members())
-            if (!may_be_in_sets(data.occluders.polygons[polygon]))
+            if (kind != kFirstHits && !may_be_in_sets(data.occluders.polygons[polygon]))
                 return corrupt(kSets, "a set has a polygon of too many corners, or a synthetic one");
         if (kind == kFronts)
             data.front_sets = std::move(*sets);
         else if (kind == kBacks)
             data.back_sets = std::move(*sets);
+        else if (kind == kFirstHits)
+            data.first_hit_sets = std::move(*sets);
     }
     return at == bytes.size() ? Status() : corrupt(kSets, "its size is wrong");
 }
@@ -82,7 +88,8 @@ Status decode_trees(std::span<const std::byte> bytes, CullScene::Data& data) {
 
 } // namespace
 
-Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options) {
+Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const PrepareOptions& options,
+                                             const Job& job) {
     const CullScene::Data& data = scene.data();
     Result<std::vector<std::byte>> occluders = encode_occluders(data.occluders);
     if (!occluders)
@@ -97,7 +104,11 @@ Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const Prepa
         sets.per_set = options.per_set;
         OccluderSets fronts = OccluderSets::build(data.occluders, data.tree_box, sets);
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
-        chunks.push_back(encode_sets(fronts, OccluderSets::build(data.occluders, data.tree_box, sets)));
+        OccluderSets backs = OccluderSets::build(data.occluders, data.tree_box, sets);
+        chunks.push_back(encode_sets(
+            fronts, backs, find_first_hit_sets(data, options.first_hit_leaves, options.per_set, job)));
+        if (job.cancelled())
+            return Status(ErrorCode::cancelled, "stopped while looking for occluder sets");
     }
     return chunks;
 }

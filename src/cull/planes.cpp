@@ -36,6 +36,7 @@ struct State final : ViewState::Storage {
     std::uint16_t frame = 0;
     std::vector<std::uint16_t> hid;        ///< per group: the frame in which it last hid something,
     std::vector<std::uint16_t> tried;      ///< and in which its trial began
+    PvsCursor cell;                        ///< what the cell of the eye sees
     Vec3d searched_from;                   ///< where the search under way began
     std::vector<std::uint32_t> candidates; ///< groups in view, best first
     std::vector<Shadow> shadows;
@@ -48,7 +49,7 @@ struct State final : ViewState::Storage {
 class Planes final : public Culler {
   public:
     Planes(const CullScene& scene, const CullerOptions& options, BoxKernel boxes, ShadowKernel shadows)
-        : scene_(scene), occluders_(options.occluders), box_kernel_(boxes), shadow_kernel_(shadows),
+        : scene_(scene), pvs_(options.pvs), choice_(options.occluder_choice), occluders_(options.occluders), box_kernel_(boxes), shadow_kernel_(shadows),
           size_(scene.data().tree_box.empty() ? 1 : length(to_double(scene.data().tree_box.max) - to_double(scene.data().tree_box.min))),
           serial_(new_culler_serial()) {}
     std::string_view name() const override { return "planes"; }
@@ -79,7 +80,7 @@ class Planes final : public Culler {
     void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
         const CullScene::Data& scene = scene_.data();
         std::uint32_t wanted = occluders_ * kSpare;
-        auto score_of = [&](std::uint32_t group) { return area_angle(scene.groups.groups[group], camera); };
+        auto score_of = [&](std::uint32_t group) { return score(group, camera, state); };
         bool search_all = !(length(camera.eye - state.searched_from) <= kJump * size_);
         if (state.fresh) {
             state.fresh = false;
@@ -94,6 +95,11 @@ class Planes final : public Culler {
             state.stack.reserve(scene.stack_bound);
             search_all = true;
         }
+        if (pvs_)
+            (void)pvs_->query(camera.eye + scene.origin, state.cell);
+        ++state.frame;
+        if (choice_ == OccluderChoice::first_hit && !scene.first_hit_sets.empty() && !camera.orthographic)
+            return take(scene.first_hit_sets.at(camera.eye, camera.forward), planes, state);
         bool moved = length(camera.eye - state.searched_from) > kStep * size_;
         if (search_all || (moved && !state.search.running())) {
             state.search.begin(scene.occluder_tree, camera.eye, wanted);
@@ -110,15 +116,33 @@ class Planes final : public Culler {
         // What was found from elsewhere is of no use; better few that fit.
         const std::vector<std::uint32_t>& found =
             state.partial ? state.first_search.found_so_far() : state.search.found();
-        // The search found them in the order of what they promise.
+        take(found, planes, state);
+    }
+
+    /// Candidates in the order of what they promise.
+    void take(std::span<const std::uint32_t> found, const FrustumPlanes& planes, State& state) const {
+        const CullScene::Data& scene = scene_.data();
         state.candidates.clear();
-        ++state.frame;
         for (std::uint32_t group : found) {
             if (state.candidates.size() >= occluders_ + occluders_ / 4)
                 break;
             if (is_worth_a_try(group, state) && is_in_view(scene.groups.groups[group].box, planes))
                 state.candidates.push_back(group);
         }
+    }
+
+    /// What the cell of the eye does not see hides nothing that others do not hide.
+    float score(std::uint32_t group, const Camera& camera, const State& state) const {
+        const CullScene::Data& scene = scene_.data();
+        const ConvexGroups::Group& candidate = scene.groups.groups[group];
+        const OccluderPolygon& polygon = scene.occluders.polygons[scene.groups.members[candidate.first]];
+        if (pvs_ && !state.cell.everything && !polygon.synthetic && polygon.object < scene.object_count() &&
+            !(state.cell.visible[polygon.object / 64] >> (polygon.object % 64) & 1))
+            return 0;
+        if (choice_ == OccluderChoice::projected_size && !camera.orthographic)
+            return area_angle_bound(static_cast<float>(candidate.area), candidate.box,
+                                    Vec3f{float(camera.eye.x), float(camera.eye.y), float(camera.eye.z)});
+        return static_cast<float>(area_angle(candidate, camera));
     }
 
     /// Occluders that have hidden nothing for a while, or nothing that others did not hide first, rest.
@@ -267,6 +291,8 @@ class Planes final : public Culler {
     }
 
     CullScene scene_;
+    const Pvs* pvs_;
+    OccluderChoice choice_;
     std::uint32_t occluders_;
     BoxKernel box_kernel_;
     ShadowKernel shadow_kernel_;
@@ -277,6 +303,9 @@ class Planes final : public Culler {
 } // namespace
 
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options) {
+    if (options.pvs && options.pvs->object_count() != scene.object_count())
+        return Status(ErrorCode::mismatch, "the PVS has " + std::to_string(options.pvs->object_count()) +
+                                               " objects, the scene " + std::to_string(scene.object_count()));
     if (options.occluders > kMostOccluders)
         return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than planes takes; use at most 64");
     BoxKernel boxes = box_kernel(options.instruction_set);

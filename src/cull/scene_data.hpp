@@ -73,6 +73,7 @@ struct CullScene::Data {
     OccluderDatabase minimum_sets;
     /// Polygons per place and direction, from a prepared file; else empty.
     OccluderSets front_sets, back_sets;
+    OccluderSets first_hit_sets; ///< groups, most visible first
     Box3f tree_box;                            ///< around all objects of the trees
     std::uint32_t stack_bound = 0;             ///< entries that a depth-first walk of either tree can need
 

@@ -13,7 +13,7 @@ struct Scored {
     bool operator<(const Scored& other) const { return score != other.score ? score > other.score : polygon < other.polygon; }
 };
 
-std::array<Vec3d, OccluderSets::kDirections> directions() {
+std::array<Vec3d, OccluderSets::kDirections> make_directions() {
     std::array<Vec3d, OccluderSets::kDirections> list;
     for (int axis = 0; axis < 3; ++axis)
         for (int side = 0; side < 2; ++side)
@@ -38,20 +38,47 @@ std::vector<std::uint32_t> largest(const OccluderSet& set, const OccluderSetsOpt
 
 } // namespace
 
+const std::array<Vec3d, OccluderSets::kDirections>& OccluderSets::directions() {
+    static const std::array<Vec3d, kDirections> ways = make_directions();
+    return ways;
+}
+
+std::array<std::uint32_t, 3> OccluderSets::cut(const Box3f& space, std::uint32_t leaves) {
+    // Halving the longest side again and again is a balanced kd-tree over empty space, that is, a grid.
+    std::array<std::uint32_t, 3> count{1, 1, 1};
+    Vec3d cell = to_double(space).size();
+    for (std::uint32_t have = 1; have < leaves; have *= 2) {
+        int axis = cell.x >= cell.y && cell.x >= cell.z ? 0 : cell.y >= cell.z ? 1 : 2;
+        count[static_cast<std::size_t>(axis)] *= 2;
+        cell[axis] /= 2;
+    }
+    return count;
+}
+
+OccluderSets OccluderSets::of_members(const Box3f& space, const std::array<std::uint32_t, 3>& count,
+                                      const std::vector<std::vector<std::uint32_t>>& members) {
+    OccluderSets sets;
+    sets.space_ = to_double(space);
+    sets.count_ = count;
+    for (const std::vector<std::uint32_t>& list : members) {
+        sets.first_.push_back(static_cast<std::uint32_t>(sets.polygons_.size()));
+        sets.polygons_.insert(sets.polygons_.end(), list.begin(), list.end());
+    }
+    sets.first_.push_back(static_cast<std::uint32_t>(sets.polygons_.size()));
+    return sets;
+}
+
 OccluderSets OccluderSets::build(const OccluderSet& set, const Box3f& space, const OccluderSetsOptions& options) {
     OccluderSets sets;
     if (space.empty())
         return sets;
     sets.space_ = to_double(space);
-    // Halving the longest side again and again is a balanced kd-tree over empty space, that is, a grid.
+    sets.count_ = cut(space, options.leaves);
     Vec3d cell = sets.space_.size();
-    for (std::uint32_t leaves = 1; leaves < options.leaves; leaves *= 2) {
-        int axis = cell.x >= cell.y && cell.x >= cell.z ? 0 : cell.y >= cell.z ? 1 : 2;
-        sets.count_[static_cast<std::size_t>(axis)] *= 2;
-        cell[axis] /= 2;
-    }
+    for (int axis = 0; axis < 3; ++axis)
+        cell[axis] /= sets.count_[static_cast<std::size_t>(axis)];
     std::vector<std::uint32_t> polygons = largest(set, options);
-    const std::array<Vec3d, kDirections> ways = directions();
+    const std::array<Vec3d, kDirections>& ways = directions();
     std::vector<Scored> scored[kDirections];
     for (std::uint32_t k = 0; k < sets.count_[2]; ++k)
         for (std::uint32_t j = 0; j < sets.count_[1]; ++j)
@@ -95,7 +122,7 @@ std::span<const std::uint32_t> OccluderSets::at(const Vec3d& place, const Vec3d&
         double cell = std::clamp(share * count, 0.0, count - 1.0); // NaN becomes 0
         index = index * count + static_cast<std::size_t>(cell > 0 ? cell : 0);
     }
-    static const std::array<Vec3d, kDirections> ways = directions();
+    const std::array<Vec3d, kDirections>& ways = directions();
     std::size_t best = 0;
     for (std::size_t d = 1; d < kDirections; ++d)
         if (dot(ways[d], direction) > dot(ways[best], direction))

@@ -29,6 +29,13 @@ class OccluderSets {
     /// `space`: where viewpoints and objects can be. O(leaves * directions * polygons).
     static OccluderSets build(const OccluderSet& set, const Box3f& space, const OccluderSetsOptions& options);
 
+    /// Sets of anything, made elsewhere: members[leaf * kDirections + direction], leaves x first, then y, then z.
+    static OccluderSets of_members(const Box3f& space, const std::array<std::uint32_t, 3>& count,
+                                   const std::vector<std::vector<std::uint32_t>>& members);
+    /// How build() cuts space into at least so many leaves.
+    static std::array<std::uint32_t, 3> cut(const Box3f& space, std::uint32_t leaves);
+    static const std::array<Vec3d, kDirections>& directions();
+
     /// The set of the leaf that holds `place` (the nearest one outside of the space) and the direction closest to
     /// `direction`; best first.
     std::span<const std::uint32_t> at(const Vec3d& place, const Vec3d& direction) const;

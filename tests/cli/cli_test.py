@@ -59,9 +59,9 @@ class Commands(unittest.TestCase):
 
     def test_prepare_stores_what_cull_and_walk_use(self):
         alone, both = (os.path.join(self.folder.name, name) for name in ("alone.pvs", "both.pvs"))
-        made = run_json("prepare", self.scene, "-o", alone)
+        made = run_json("prepare", self.scene, "-o", alone, "--first-hit-leaves", 4)
         self.assertEqual([chunk["name"] for chunk in made["chunks"]][:4], ["OCCL", "OGRP", "CTRE", "OSET"])
-        run("prepare", self.scene, "--pvs", self.pvs, "-o", both)
+        run("prepare", self.scene, "--pvs", self.pvs, "-o", both, "--first-hit-leaves", 4)
         names = [chunk["name"] for chunk in run_json("inspect", both)["chunks"]]
         self.assertEqual(names[-4:], ["OCCL", "OGRP", "CTRE", "OSET"])
         self.assertEqual(run_json("inspect", alone)["cells"], 0)

@@ -20,7 +20,9 @@ Stage office() {
     return Stage(std::move(*scene));
 }
 
-Bytes prepared(const Stage& stage, const PrepareOptions& options = {}) {
+constexpr PrepareOptions kFew{.leaves = 64, .per_set = 64, .first_hit_leaves = 4};
+
+Bytes prepared(const Stage& stage, const PrepareOptions& options = kFew) {
     return *add_pvs_chunks(*encode_pvs(describe_scene(*stage.scene)), *prepare_chunks(stage.cull_scene, options));
 }
 
@@ -85,7 +87,7 @@ TEST(Prepared, PreparingTwiceGivesTheSameBytes) {
     Bytes bytes = prepared(stage);
     EXPECT_EQ(prepared(small_stage()), bytes);
     CullScene opened = *CullScene::open(*Pvs::open(bytes));
-    EXPECT_EQ(*add_pvs_chunks(bytes, *prepare_chunks(opened)), bytes) << "from what was read back, into the same file";
+    EXPECT_EQ(*add_pvs_chunks(bytes, *prepare_chunks(opened, kFew)), bytes) << "from what was read back, into the same file";
 }
 
 TEST(Prepared, ABakeKeepsItsAnswers) {
@@ -96,7 +98,7 @@ TEST(Prepared, ABakeKeepsItsAnswers) {
     data.row_count = 1;
     data.rows = {0b101};
     Bytes baked = *encode_pvs(data, PvsCoding::references);
-    Bytes bytes = *add_pvs_chunks(baked, *prepare_chunks(stage.cull_scene));
+    Bytes bytes = *add_pvs_chunks(baked, *prepare_chunks(stage.cull_scene, kFew));
     Pvs pvs = *Pvs::open(bytes);
     PvsCursor cursor;
     pvs.query({1, 1, 1}, cursor);
@@ -106,7 +108,7 @@ TEST(Prepared, ABakeKeepsItsAnswers) {
 
 TEST(Prepared, WhatAFileLacksIsMadeAnewOrLeftOut) {
     Stage stage = small_stage();
-    std::vector<PvsChunk> chunks = *prepare_chunks(stage.cull_scene);
+    std::vector<PvsChunk> chunks = *prepare_chunks(stage.cull_scene, kFew);
     Bytes plain = *encode_pvs(describe_scene(*stage.scene));
     Bytes occluders_alone = *add_pvs_chunks(plain, std::span(chunks).first(1));
     expect_same(stage.cull_scene, *CullScene::open(*Pvs::open(occluders_alone)), 2, 8);
@@ -134,7 +136,7 @@ TEST(Prepared, ChunksOfAnotherSceneAreRefused) {
     PvsData other = describe_scene(*stage.scene);
     other.objects.pop_back();
     other.objects.pop_back(); // the last one is in no tree
-    Bytes bytes = *add_pvs_chunks(*encode_pvs(other), *prepare_chunks(stage.cull_scene));
+    Bytes bytes = *add_pvs_chunks(*encode_pvs(other), *prepare_chunks(stage.cull_scene, kFew));
     Status status = CullScene::open(*Pvs::open(bytes)).status();
     EXPECT_EQ(status.code(), ErrorCode::corrupt);
     EXPECT_NE(status.message().find("'CTRE'"), std::string::npos) << status.message();
@@ -181,6 +183,7 @@ TEST(Prepared, HostileContentWithRightChecksumsIsRefusedOrCulledSafely) {
     PrepareOptions small;
     small.leaves = 4;
     small.per_set = 3;
+    small.first_hit_leaves = 2;
     const Bytes file = prepared(small_stage(), small);
     Random random(23);
     int opened = 0, refused = 0;
@@ -229,6 +232,7 @@ TEST(Prepared, AChunkCutShortWithARightChecksumIsCorrupt) {
     PrepareOptions small;
     small.leaves = 2;
     small.per_set = 2;
+    small.first_hit_leaves = 1;
     std::vector<PvsChunk> chunks = *prepare_chunks(stage.cull_scene, small);
     Bytes plain = *encode_pvs(describe_scene(*stage.scene));
     for (std::size_t c = 0; c < chunks.size(); ++c) {
@@ -244,6 +248,47 @@ TEST(Prepared, AChunkCutShortWithARightChecksumIsCorrupt) {
         damaged[c].bytes.resize(chunks[c].bytes.size() + 4);
         Bytes bytes = *add_pvs_chunks(plain, damaged);
         EXPECT_EQ(CullScene::open(*Pvs::open(bytes)).status().code(), ErrorCode::corrupt) << chunks[c].name;
+    }
+}
+
+TEST(Prepared, SetsByFirstHitDoNotDependOnThreadsAndHoldWhatIsSeen) {
+    Stage stage = small_stage();
+    Job one, four;
+    one.threads = 1;
+    four.threads = 4;
+    PrepareOptions options;
+    options.first_hit_leaves = 8;
+    std::vector<PvsChunk> a = *prepare_chunks(stage.cull_scene, options, one);
+    std::vector<PvsChunk> b = *prepare_chunks(stage.cull_scene, options, four);
+    EXPECT_EQ(a.back().bytes, b.back().bytes);
+    Bytes bytes = *add_pvs_chunks(*encode_pvs(describe_scene(*stage.scene)), a);
+    CullScene opened = *CullScene::open(*Pvs::open(bytes));
+    EXPECT_GT(opened.data().first_hit_sets.members().size(), 8u);
+}
+
+/// Every choice of occluders is only a choice: nothing that is seen is hidden.
+TEST(Prepared, EveryChoiceOfOccludersIsSafeAndHides) {
+    Stage stage = office();
+    Bytes bytes = prepared(stage);
+    stage.cull_scene = *CullScene::open(*Pvs::open(bytes));
+    Random random(31);
+    for (OccluderChoice choice :
+         {OccluderChoice::area_angle, OccluderChoice::projected_size, OccluderChoice::first_hit}) {
+        CullerOptions options;
+        options.occluder_choice = choice;
+        auto culler = make_culler("planes", stage.cull_scene, options);
+        test::ProofCounts counts;
+        ViewState state;
+        Box3d bounds = to_double(stage.scene->local_bounds());
+        for (int f = 0; f < 25; ++f) {
+            View view;
+            for (int axis = 0; axis < 3; ++axis)
+                view.eye[axis] = random.uniform(bounds.min[axis], bounds.max[axis]);
+            view.target = view.eye + Vec3d{random.uniform(-1, 1), random.uniform(-0.3, 0.3), random.uniform(-1, 1)};
+            view.near_plane = 0.05;
+            test::prove(stage, **culler, view, state, 16, 16, random, counts);
+        }
+        EXPECT_GT(counts.hidden * 20, counts.in_frustum) << int(choice) << " hides next to nothing";
     }
 }
 
