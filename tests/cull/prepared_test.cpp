@@ -20,7 +20,7 @@ Stage office() {
     return Stage(std::move(*scene));
 }
 
-constexpr PrepareOptions kFew{.leaves = 64, .per_set = 64, .first_hit_leaves = 4};
+constexpr PrepareOptions kFew{.leaves = 256, .per_set = 64, .first_hit_leaves = 4};
 
 Bytes prepared(const Stage& stage, const PrepareOptions& options = kFew) {
     return *add_pvs_chunks(*encode_pvs(describe_scene(*stage.scene)), *prepare_chunks(stage.cull_scene, options));
