@@ -16,7 +16,7 @@ struct BakeArguments {
     Common common;
     SceneArguments scene;
     BakeOptions options;
-    std::string output, cells, volumes, where, shard, granularity = "object";
+    std::string output, cells, volumes, where, shard;
     double where_radius = 0, alpha = 0, beta = 0;
     bool dry_run = false, certificates = false;
     PvsCoding coding = PvsCoding::cheapest;
@@ -95,7 +95,9 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         Json document;
         document["method"] = result.pvs.method;
         document["guarantee"] = to_string(result.pvs.guarantee);
-        document["granularity"] = arguments.granularity;
+        static constexpr const char* granularities[] = {"object", "cluster", "triangle"};
+        document["granularity"] = granularities[std::size_t(arguments.options.exact.granularity)];
+        document["clusters"] = result.pvs.cluster_count();
         document["cells"] = statistics.cells;
         document["cells_baked"] = statistics.cells_baked;
         document["cells_solid"] = statistics.cells_solid;
@@ -115,7 +117,10 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
             document["exact"] = {{"box_queries", statistics.exact.box_queries},
                                  {"triangle_queries", statistics.exact.triangle_queries},
                                  {"pairs", statistics.exact.pairs},
-                                 {"found_by_query", statistics.exact.found_by_query}};
+                                 {"found_by_query", statistics.exact.found_by_query},
+                                 {"effective_occluders", statistics.exact.effective_occluders},
+                                 {"queries_with_occluders", statistics.exact.queries_with_occluders},
+                                 {"most_effective", statistics.exact.most_effective}};
         document["rays_reused"] = statistics.rays_reused;
         document["aimed_rays"] = statistics.aimed_rays;
         document["confirmed_pairs"] = statistics.confirmed_pairs;
@@ -287,8 +292,20 @@ void add_bake(CLI::App& app) {
     command.add_option("--coding", arguments->coding, "How the file stores its rows; all are lossless")
         ->transform(CLI::CheckedTransformer(codings))
         ->default_str(to_string(arguments->coding));
-    command.add_option("--granularity", arguments->granularity, "What is listed")
-        ->check(CLI::IsMember({"object"}))
+    command
+        .add_option("--granularity", options.exact.granularity, "What is listed besides objects (method exact)")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, Granularity>{{"object", Granularity::object},
+                                                                               {"cluster", Granularity::cluster},
+                                                                               {"triangle", Granularity::triangle}}))
+        ->default_str("object");
+    command.add_option("--cluster-triangles", options.exact.cluster_triangles, "Most triangles of a cluster")
+        ->capture_default_str();
+    command
+        .add_option("--exact-form", options.exact.form, "The query of method exact: lazy, or as published in 2002")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, ExactForm>{{"fast", ExactForm::fast}, {"published", ExactForm::published}}))
+        ->default_str("fast");
+    command.add_option("--max-pieces", options.exact.max_pieces, "Budget of one exact query, in pieces of line space")
         ->capture_default_str();
     command.add_option("--rays-per-cell", options.rays_per_cell, "Rays in uniform directions")->capture_default_str();
     command

@@ -128,7 +128,9 @@ struct ExactStatistics {
     std::uint64_t box_queries = 0, triangle_queries = 0; ///< asked of a cell
     std::uint64_t pairs = 0;                             ///< pairs of polygons asked for these
     std::uint64_t undecided = 0;      ///< triangles listed as visible because a budget ran out; 0 in an exact bake
-    std::uint64_t found_by_query = 0; ///< (cell, object) pairs that the rays before had missed
+    std::uint64_t found_by_query = 0; ///< (cell, object or cluster) pairs that the rays before had missed
+    /// Effective occluders: summed over the pairs of polygons that needed any, the number of these, and the most of one.
+    std::uint64_t effective_occluders = 0, queries_with_occluders = 0, most_effective = 0;
 };
 
 /// What a bake measured. `bytes` and `bits_per_pair` belong to the file and are filled by whoever writes it.

@@ -142,10 +142,15 @@ struct PvsData {
     /// Bit objects.size() + v of a row: some of volume v, a cell of this grid, can be seen. Count 0: none;
     /// at most 2^20.
     CellGrid volumes;
+    /// Clusters: ranges of the scene's triangles, each within one object (no empty ones), listed besides the objects. Range c
+    /// is cluster_first[c] .. cluster_first[c + 1]; the last entry is the number of all triangles. Bit objects.size() +
+    /// volumes.cells() + c of a row: some of cluster c can be seen. Empty: no clusters.
+    std::vector<std::uint32_t> cluster_first;
     std::uint32_t row_count = 0;
     std::vector<std::uint64_t> rows; ///< row_count * words_per_row() words; bits beyond bits_per_row() are zero
 
-    std::size_t bits_per_row() const { return objects.size() + std::size_t(volumes.cells()); }
+    std::size_t cluster_count() const { return cluster_first.empty() ? 0 : cluster_first.size() - 1; }
+    std::size_t bits_per_row() const { return objects.size() + std::size_t(volumes.cells()) + cluster_count(); }
     std::size_t words_per_row() const { return (bits_per_row() + 63) / 64; }
 };
 
@@ -227,7 +232,15 @@ class Pvs {
 
     /// Decodes row `row` into `words` (words_per_row() of them). Objects with kAlwaysVisible are set in every row.
     void decode_row(std::uint32_t row, std::span<std::uint64_t> words) const;
-    std::size_t bits_per_row() const { return std::size_t(object_count_) + std::size_t(volumes_.cells()); }
+    std::size_t bits_per_row() const {
+        return std::size_t(object_count_) + std::size_t(volumes_.cells()) + cluster_count_;
+    }
+    std::uint32_t cluster_count() const { return cluster_count_; } ///< 0: only objects are listed
+    /// The first triangle (of the scene, in order) of cluster c; of c == cluster_count(): the number of all triangles.
+    std::uint32_t cluster_first(std::uint32_t c) const;
+    /// Can something of cluster c be seen, by the cursor's last answer? True where that cannot be told. The frustum of a
+    /// range is not looked at.
+    bool is_cluster_visible(std::uint32_t c, const PvsCursor& cursor) const;
     std::size_t words_per_row() const { return (bits_per_row() + 63) / 64; }
 
     /// What can be seen from `eye` (world), whichever way one looks. An eye outside every cell, in a cell without an
@@ -276,7 +289,8 @@ class Pvs {
     CellGrid grid_, volumes_;
     ViewTree tree_;
     std::uint32_t object_count_ = 0, row_count_ = 0;
-    std::span<const std::byte> objects_, names_, cells_, row_index_, row_bytes_;
+    std::uint32_t cluster_count_ = 0;
+    std::span<const std::byte> objects_, names_, cells_, clusters_, row_index_, row_bytes_;
     std::uint64_t visibility_bytes_ = 0;
     /// Index and rows in PvsCoding::cheapest, where the file's own coding has no random access.
     std::shared_ptr<const std::array<std::vector<std::byte>, 2>> unpacked_;

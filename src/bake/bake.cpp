@@ -37,6 +37,10 @@ double process_cpu_seconds() {
 Status check(const BakeOptions& options) {
     if (options.method != "sampled" && options.method != "exact")
         return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled, exact"};
+    if (options.method != "exact" && options.exact.granularity != Granularity::object)
+        return {ErrorCode::usage, "clusters and triangles are listed by the exact method only; use --method exact"};
+    if (options.exact.cluster_triangles == 0 || options.exact.max_pieces == 0)
+        return {ErrorCode::usage, "a cluster holds one triangle or more, and the budget is one piece or more"};
     if (options.method == "exact" && options.tree.subdivision != Subdivision::grid)
         return {ErrorCode::usage, "the exact method speaks of boxes in space; use --subdivision grid"};
     if (options.rays_per_cell == 0 || options.rays_per_cell > 1u << 30 || options.holdout_rays > 1u << 28)
@@ -86,6 +90,14 @@ Json describe(const BakeOptions& options, const CellGrid& grid) {
     json["sequential"] = {{"reading", readings[std::size_t(test.reading)]}, {"s_t", test.s_t}, {"s_1", test.s_1},
                           {"a", test.a}, {"b", test.b}, {"most_rays", test.most_rays},
                           {"informed_prior", options.informed_prior}};
+    if (options.method == "exact") {
+        static constexpr const char* granularities[] = {"object", "cluster", "triangle"};
+        json["granularity"] = granularities[std::size_t(options.exact.granularity)];
+        if (options.exact.granularity == Granularity::cluster)
+            json["cluster_triangles"] = options.exact.cluster_triangles;
+        json["form"] = options.exact.form == ExactForm::published ? "published" : "fast";
+        json["max_pieces"] = options.exact.max_pieces;
+    }
     json["holdout_rays_per_cell"] = options.holdout_rays;
     if (options.volumes[0])
         json["volumes"] = options.volumes;
@@ -184,6 +196,9 @@ void count(ExactStatistics& total, const ExactStatistics& cell) {
     total.pairs += cell.pairs;
     total.undecided += cell.undecided;
     total.found_by_query += cell.found_by_query;
+    total.effective_occluders += cell.effective_occluders;
+    total.queries_with_occluders += cell.queries_with_occluders;
+    total.most_effective = std::max(total.most_effective, cell.most_effective);
 }
 
 /// What the file says of how it was made: counts only, which are the same on every machine. In a part of a bake, options
@@ -203,7 +218,10 @@ std::string options_json(const BakeOptions& options, const CellGrid& grid, const
                            {"triangle_queries", statistics.exact.triangle_queries},
                            {"pairs", statistics.exact.pairs},
                            {"undecided", statistics.exact.undecided},
-                           {"found_by_query", statistics.exact.found_by_query}};
+                           {"found_by_query", statistics.exact.found_by_query},
+                         {"effective_occluders", statistics.exact.effective_occluders},
+                         {"queries_with_occluders", statistics.exact.queries_with_occluders},
+                         {"most_effective", statistics.exact.most_effective}};
     return describe_part({options.shard, plan, describe(options, grid), counts});
 }
 
@@ -222,7 +240,7 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
         if (Status status = exact->check(view->grid.bounds); !status)
             return status;
     }
-    std::size_t words = shared.words();
+    std::size_t words = exact ? exact->words() : shared.words();
     auto read = [&](PayloadReader& reader) {
         return exact ? get_exact_cell(reader, words) : ExactCell{reader.get_sample(words), {}};
     };
@@ -233,9 +251,12 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     units.compute = [&](std::size_t index) {
         Box3d cell = view->grid.cell(view->to_bake[index]);
         PayloadWriter payload;
-        if (exact)
-            put(payload, exact->solve(cell));
-        else
+        if (exact) {
+            ExactCell solved = exact->solve(cell, job.cancel);
+            if (!solved.finished)
+                return Payload();
+            put(payload, solved);
+        } else
             payload.put(sample_cell(shared, cell));
         return payload.take();
     };
@@ -263,6 +284,8 @@ Result<BakeResult> bake_grid(const SamplingScene& shared, const Job& job) {
     result.pvs = begin_pvs(scene, options);
     if (exact)
         result.pvs.guarantee = result.statistics.exact.undecided ? Guarantee::conservative : Guarantee::exact;
+    if (exact)
+        result.pvs.cluster_first = exact->cluster_first();
     result.pvs.volumes = shared.volumes().grid();
     result.pvs.options_json = options_json(options, view->grid, result.statistics, plan);
     result.pvs.grid = view->grid;

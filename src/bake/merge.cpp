@@ -144,6 +144,8 @@ void Merger::begin(PvsData& data) const {
     data.origin = one.origin();
     data.grid = one.grid();
     data.volumes = one.volumes();
+    for (std::uint32_t c = 0; one.cluster_count() > 0 && c <= one.cluster_count(); ++c)
+        data.cluster_first.push_back(one.cluster_first(c));
     data.tree.bounds = one.tree().bounds;
     for (std::uint32_t o = 0; o < one.object_count(); ++o)
         data.objects.push_back(one.object(o));

@@ -38,6 +38,8 @@ Result<UnitResults> run_units(const Units& units, const std::string& key, const 
             return;
         std::size_t i = open[index];
         Payload payload = units.compute(i);
+        if (payload.empty())
+            return;
         Status appended = checkpoint ? checkpoint->append(units.ids[i], payload) : Status();
         std::scoped_lock lock(mutex);
         results.payloads[i] = std::move(payload);

@@ -17,7 +17,7 @@ using Payload = std::vector<std::byte>;
 struct Units {
     std::string stage, unit_name;   ///< for Progress, e.g. "bake", "cells"
     std::vector<std::uint64_t> ids; ///< names of the units, unique
-    /// A pure function of the unit; called from any thread.
+    /// A pure function of the unit; called from any thread. Empty: it was stopped half-way, and is not finished.
     std::function<Payload(std::size_t index)> compute;
     /// Whether the payload of a unit read from a checkpoint is one that compute could have made.
     std::function<bool(std::size_t index, std::span<const std::byte>)> acceptable;

@@ -52,6 +52,25 @@ Status check_cells(const PvsData& data) {
     return {};
 }
 
+bool are_clusters(const PvsData& data) {
+    const std::vector<std::uint32_t>& first = data.cluster_first;
+    if (first.empty())
+        return true;
+    std::size_t c = 0; // each object begins with a cluster, which ends within it
+    std::uint64_t triangles = 0;
+    for (const PvsObject& object : data.objects) {
+        if (object.triangle_count == 0)
+            continue;
+        if (c >= first.size() || first[c] != triangles)
+            return false;
+        triangles += object.triangle_count;
+        for (++c; c < first.size() && first[c] < triangles; ++c)
+            if (first[c] <= first[c - 1])
+                return false;
+    }
+    return c + 1 == first.size() && first[c] == triangles;
+}
+
 Status check(const PvsData& data) {
     if (data.guarantee < Guarantee::exact || data.guarantee > Guarantee::approximate)
         return usage("the guarantee is none of the four");
@@ -62,6 +81,8 @@ Status check(const PvsData& data) {
     std::uint64_t volumes = 0;
     if (!is_usable(data.volumes, volumes) || volumes > kMostVolumes)
         return usage("the grid of occludee volumes is empty, larger than 2^20 or not finite");
+    if (!are_clusters(data))
+        return usage("the clusters are not ascending ranges that hold all triangles, each within one object");
     if (Status status = check_cells(data); !status)
         return status;
     return check_rows(data);
@@ -265,7 +286,9 @@ Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding)
     if (!coded)
         return coded.status();
     ByteWriter meta = encode_meta(data, coding, table.count()), objects = encode_objects(data),
-               volumes = encode_volumes(data.volumes);
+               volumes = encode_volumes(data.volumes), clusters;
+    for (std::uint32_t first : data.cluster_first)
+        clusters.u32(first);
     std::vector<Section> sections{
         {kMetaChunk, kRequired, meta.bytes},
         {kOptionsChunk, kRequired, std::as_bytes(std::span(data.options_json.data(), data.options_json.size()))},
@@ -277,6 +300,8 @@ Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding)
         sections.push_back({kTreeChunk, kRequired, tree.bytes});
     if (data.volumes.cells() > 0)
         sections.push_back({kVolumesChunk, kRequired, volumes.bytes});
+    if (!data.cluster_first.empty())
+        sections.push_back({kClustersChunk, kRequired, clusters.bytes});
     sections.push_back({kRowIndexChunk, kRequired, coded->index});
     sections.push_back({kRowsChunk, kRequired, coded->rows});
     return write_chunks(sections);

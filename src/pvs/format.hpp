@@ -12,12 +12,13 @@ inline constexpr ChunkId kNamesChunk = chunk_id("NAME");    ///< the names of al
 inline constexpr ChunkId kCellsChunk = chunk_id("CELL");    ///< row of each cell
 inline constexpr ChunkId kTreeChunk = chunk_id("TREE");     ///< view tree, in place of the grid
 inline constexpr ChunkId kVolumesChunk = chunk_id("VOLS");  ///< grid of occludee volumes
+inline constexpr ChunkId kClustersChunk = chunk_id("CLUS"); ///< where each cluster of triangles begins
 inline constexpr ChunkId kRowIndexChunk = chunk_id("RIDX"); ///< where each coded row ends
 inline constexpr ChunkId kRowsChunk = chunk_id("ROWS");     ///< the coded rows
 
 /// Chunks that every reader must understand; all others are beside the bake.
 constexpr bool is_chunk_of_bake(ChunkId id) {
-    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk, kVolumesChunk,
+    for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk, kVolumesChunk, kClustersChunk,
                           kRowIndexChunk, kRowsChunk})
         if (id == known)
             return true;

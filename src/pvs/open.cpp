@@ -63,7 +63,7 @@ class PvsOpener {
             return status;
         for (Status (PvsOpener::*step)() : {&PvsOpener::meta, &PvsOpener::options, &PvsOpener::objects,
                                             &PvsOpener::cells, &PvsOpener::tree, &PvsOpener::volumes,
-                                            &PvsOpener::rows})
+                                            &PvsOpener::clusters, &PvsOpener::rows})
             if (Status status = (this->*step)(); !status)
                 return status;
         for (const Section& section : sections_)
@@ -224,6 +224,20 @@ class PvsOpener {
         std::uint64_t count = 0;
         if (!is_usable(pvs_.volumes_, count) || count > kMostVolumes)
             return corrupt(kVolumesChunk, "the grid is empty, too large or not finite");
+        return {};
+    }
+
+    Status clusters() {
+        if (!has(kClustersChunk))
+            return {};
+        (void)get(kClustersChunk, pvs_.clusters_);
+        std::size_t count = pvs_.clusters_.size() / 4;
+        if (pvs_.clusters_.size() % 4 != 0 || count < 2 || load_u32(pvs_.clusters_, 0) != 0)
+            return corrupt(kClustersChunk, "its size or its first entry is wrong");
+        for (std::size_t c = 1; c < count; ++c)
+            if (load_u32(pvs_.clusters_, 4 * c) <= load_u32(pvs_.clusters_, 4 * c - 4))
+                return corrupt(kClustersChunk, "its entries do not ascend");
+        pvs_.cluster_count_ = static_cast<std::uint32_t>(count - 1);
         return {};
     }
 

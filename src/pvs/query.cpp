@@ -260,6 +260,15 @@ void Pvs::drop_outside(const ViewRange& range, std::span<std::uint64_t> objects)
         }
 }
 
+std::uint32_t Pvs::cluster_first(std::uint32_t c) const { return load_u32(clusters_, std::size_t(4) * c); }
+
+bool Pvs::is_cluster_visible(std::uint32_t c, const PvsCursor& cursor) const {
+    if (cursor.everything || cursor.cell == kNoneYet || c >= cluster_count_)
+        return true;
+    std::size_t bit = std::size_t(volumes_.cells()) + c;
+    return cursor.volumes[bit / 64] >> (bit % 64) & 1;
+}
+
 bool Pvs::is_box_visible(const Box3d& box, const PvsCursor& cursor) const {
     if (cursor.everything || cursor.cell == kNoneYet || cursor.volumes.empty() || box.empty() ||
         !volumes_.bounds.contains(box.min) || !volumes_.bounds.contains(box.max))

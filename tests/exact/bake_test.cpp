@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <bit>
 #include <filesystem>
 
@@ -103,6 +104,91 @@ TEST(ExactBake, IsTheSameForAnyNumberOfThreadsAndWhenResumed) {
     ASSERT_TRUE(c.ok()) << c.status().message();
     EXPECT_GT(c->statistics.cells_resumed, 0u);
     EXPECT_EQ(*encode_pvs(a->pvs), *encode_pvs(c->pvs));
+    std::filesystem::remove(o.checkpoint);
+}
+
+TEST(ExactBake, ClustersAndTrianglesAreListedBesidesTheSameObjects) {
+    Scene scene = village();
+    Result<BakeResult> objects = bake(scene, options());
+    ASSERT_TRUE(objects.ok());
+    std::uint64_t listed_triangles = 0, listed_clusters = 0;
+    for (Granularity granularity : {Granularity::cluster, Granularity::triangle}) {
+        BakeOptions o = options();
+        o.exact.granularity = granularity;
+        o.exact.cluster_triangles = 4;
+        Result<BakeResult> fine = bake(scene, o);
+        ASSERT_TRUE(fine.ok()) << fine.status().message();
+        EXPECT_EQ(fine->statistics.exact.undecided, 0u);
+        EXPECT_EQ(fine->statistics.holdout_misses, 0u);
+        std::size_t clusters = fine->pvs.cluster_count();
+        if (granularity == Granularity::triangle) {
+            ASSERT_EQ(clusters, scene.triangles().size());
+        } else { // each of the 18 boxes has 12 triangles
+            ASSERT_GE(clusters, 18u * 3);
+            ASSERT_LT(clusters, 18u * 12);
+            for (std::size_t c = 0; c < clusters; ++c)
+                ASSERT_LE(fine->pvs.cluster_first[c + 1] - fine->pvs.cluster_first[c], 4u);
+        }
+        Result<std::vector<std::byte>> bytes = encode_pvs(fine->pvs);
+        ASSERT_TRUE(bytes.ok()) << bytes.status().message();
+        Result<Pvs> pvs = Pvs::open(*bytes);
+        ASSERT_TRUE(pvs.ok()) << pvs.status().message();
+        ASSERT_EQ(pvs->cluster_count(), clusters);
+        EXPECT_EQ(pvs->cluster_first(0), 0u);
+        EXPECT_EQ(pvs->cluster_first(pvs->cluster_count()), scene.triangles().size());
+        PvsCursor cursor;
+        for (std::size_t cell = 0; cell < objects->pvs.cell_row.size(); ++cell) {
+            std::uint32_t coarse = objects->pvs.cell_row[cell];
+            ASSERT_EQ(coarse >= kCellSolid, fine->pvs.cell_row[cell] >= kCellSolid);
+            if (coarse >= kCellSolid)
+                continue;
+            pvs->query(fine->pvs.grid.cell(cell).centre(), cursor);
+            for (std::uint32_t object = 0; object < scene.objects().size(); ++object) {
+                bool some = false;
+                for (std::uint32_t c = 0; c < pvs->cluster_count(); ++c)
+                    if (scene.triangle_objects()[pvs->cluster_first(c)] == object && pvs->is_cluster_visible(c, cursor)) {
+                        some = true;
+                        ++(granularity == Granularity::triangle ? listed_triangles : listed_clusters);
+                    }
+                EXPECT_EQ(some, listed(objects->pvs, coarse, object)) << cell << " " << object;
+                EXPECT_EQ(some, (cursor.visible[object / 64] >> (object % 64) & 1) != 0);
+            }
+        }
+    }
+    EXPECT_LT(listed_triangles, 4 * listed_clusters); // some triangles of clusters that are seen are not
+    EXPECT_GT(listed_triangles, listed_clusters);
+}
+
+TEST(ExactBake, ThePublishedFormListsTheSame) {
+    Scene scene = village();
+    BakeOptions o = options();
+    o.cells = {2, 1, 1};
+    Result<BakeResult> fast = bake(scene, o);
+    o.exact.form = ExactForm::published;
+    Result<BakeResult> published = bake(scene, o);
+    ASSERT_TRUE(fast.ok() && published.ok());
+    EXPECT_EQ(published->statistics.exact.undecided, 0u);
+    EXPECT_EQ(fast->pvs.cell_row, published->pvs.cell_row);
+    EXPECT_EQ(fast->pvs.rows, published->pvs.rows);
+}
+
+TEST(ExactBake, StopsInsideACellAndKeepsTheFinishedOnes) {
+    Scene scene = village();
+    BakeOptions o = options();
+    o.checkpoint = ::testing::TempDir() + "exact_stopped.part";
+    std::filesystem::remove(o.checkpoint);
+    std::atomic<bool> stop{false};
+    Job job;
+    job.threads = 1;
+    job.cancel = &stop;
+    job.progress = [&](const Progress& progress) { stop = progress.done >= 3; };
+    Result<BakeResult> stopped = bake(scene, o, job);
+    ASSERT_FALSE(stopped.ok());
+    EXPECT_EQ(stopped.status().code(), ErrorCode::cancelled);
+    o.resume = true;
+    Result<BakeResult> resumed = bake(scene, o);
+    ASSERT_TRUE(resumed.ok()) << resumed.status().message();
+    EXPECT_EQ(resumed->statistics.cells_resumed, 3u);
     std::filesystem::remove(o.checkpoint);
 }
 

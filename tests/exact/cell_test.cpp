@@ -384,5 +384,55 @@ TEST(Cell, ALargerCellSeesNoLess) {
     }
 }
 
+TEST(Cell, IsStoppedWithinItsQueriesAndGuessesNothing) {
+    Builder b;
+    b.begin("wall");
+    b.box({0, -100, -100}, {1, 100, 3});
+    b.begin("low");
+    b.box({5, -1, -1}, {6, 1, 1});
+    Scene scene = b.finish();
+    SceneTree tree = SceneTree::build(scene);
+    Tracer tracer = Tracer::build(scene);
+    CellSolver solver(tree, tracer);
+    std::atomic<bool> stop{true};
+    std::vector<std::uint64_t> visible(1, 0);
+    CellCounters counters;
+    EXPECT_FALSE(solver.solve(grid_box(tree, {-4, -1, 0}, {-3, 1, 2}), visible, counters, {}, &stop));
+    EXPECT_EQ(counters.undecided, 0u);
+    stop = false;
+    EXPECT_TRUE(solver.solve(grid_box(tree, {-4, -1, 0}, {-3, 1, 2}), visible, counters, {}, &stop));
+    EXPECT_TRUE(sees(visible, 0));
+    EXPECT_FALSE(sees(visible, 1));
+}
+
+TEST(Cell, WhatIsHiddenFromACellIsHandedDownToTheCellsInside) {
+    Builder b;
+    b.begin("wall");
+    b.box({0, -100, -100}, {1, 100, 3});
+    for (int k = 0; k < 20; ++k) {
+        b.begin("thing");
+        b.box({5, 2.0 * k - 20, -1 + 0.35 * k}, {6, 2.0 * k - 19, 0.35 * k});
+    }
+    Scene scene = b.finish();
+    SceneTree tree = SceneTree::build(scene);
+    Tracer tracer = Tracer::build(scene);
+    CellSolver solver(tree, tracer);
+    std::vector<std::uint64_t> parent(1, 0);
+    CellCounters counters;
+    ASSERT_TRUE(solver.solve(grid_box(tree, {-6, -2, 0}, {-3, 2, 4}), parent, counters));
+    std::vector<std::uint32_t> hidden = solver.hidden_nodes();
+    ASSERT_FALSE(hidden.empty());
+    for (int k = 0; k < 4; ++k) {
+        GridBox cell = grid_box(tree, {-6, -2.0 + k, 0.0 + k % 2}, {-4, -1.0 + k, 2});
+        std::vector<std::uint64_t> alone(1, 0), handed(1, 0);
+        CellCounters work_alone, work_handed;
+        ASSERT_TRUE(solver.solve(cell, alone, work_alone));
+        ASSERT_TRUE(solver.solve(cell, handed, work_handed, hidden));
+        EXPECT_EQ(alone, handed);
+        EXPECT_EQ(handed[0] & ~parent[0], 0u);
+        EXPECT_LE(work_handed.pairs, work_alone.pairs);
+    }
+}
+
 } // namespace
 } // namespace antumbra::exact

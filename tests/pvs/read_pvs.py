@@ -9,7 +9,7 @@ import struct
 import sys
 
 EVERYTHING = (0xFFFFFFFF, 0xFFFFFFFE)
-KNOWN = ("META", "OPTS", "OBJS", "NAME", "CELL", "TREE", "VOLS", "RIDX", "ROWS")
+KNOWN = ("META", "OPTS", "OBJS", "NAME", "CELL", "TREE", "VOLS", "CLUS", "RIDX", "ROWS")
 
 
 # ---- sections 1 and 2
@@ -311,6 +311,8 @@ def main(path, eyes):
     if "VOLS" in sections:
         a, b, c = struct.unpack_from("<3I", sections["VOLS"], 48)
         bits += a * b * c
+    if "CLUS" in sections:
+        bits += len(sections["CLUS"]) // 4 - 1
     cells = struct.unpack(f"<{counts[0] * counts[1] * counts[2]}I", sections["CELL"])
     nodes = None
     if "TREE" in sections:

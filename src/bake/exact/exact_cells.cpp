@@ -7,6 +7,9 @@
 namespace antumbra {
 namespace {
 
+/// Of the published form: rays that choose the occluders, and pieces after which a box is opened without its line space.
+constexpr std::uint32_t kPublishedRays = 200, kPublishedBoxPieces = 60;
+
 std::uint64_t count_bits(const std::vector<std::uint64_t>& bits) {
     std::uint64_t count = 0;
     for (std::uint64_t word : bits)
@@ -17,7 +20,37 @@ std::uint64_t count_bits(const std::vector<std::uint64_t>& bits) {
 } // namespace
 
 ExactCells::ExactCells(const SamplingScene& shared)
-    : shared_(shared), tree_(exact::SceneTree::build(shared.scene())) {}
+    : shared_(shared),
+      tree_(exact::SceneTree::build(shared.scene(),
+                                    exact::Units::make(shared.scene(), shared.options().exact.granularity,
+                                                       shared.options().exact.cluster_triangles))) {}
+
+std::size_t ExactCells::bits() const {
+    return shared_.scene().objects().size() + (lists_clusters() ? tree_.units().count() : 0);
+}
+
+std::vector<std::uint32_t> ExactCells::cluster_first() const {
+    return lists_clusters() ? tree_.units().first : std::vector<std::uint32_t>();
+}
+
+/// From units to what a row holds: objects, then clusters if these are what is asked for.
+void ExactCells::set_rows(const std::vector<std::uint64_t>& units, RegionSample& sample) const {
+    if (!lists_clusters()) {
+        sample.visible = units;
+        return;
+    }
+    sample.visible.assign(words(), 0);
+    auto set = [&](std::size_t bit) { sample.visible[bit / 64] |= std::uint64_t(1) << (bit % 64); };
+    std::size_t objects = shared_.scene().objects().size();
+    for (std::size_t o = 0; o < objects; ++o)
+        if (shared_.scene().objects()[o].has(kAlwaysVisible))
+            set(o);
+    for (std::uint32_t u = 0; u < tree_.units().count(); ++u)
+        if (units[u / 64] >> (u % 64) & 1) {
+            set(objects + u);
+            set(shared_.scene().triangle_objects()[tree_.units().first[u]]);
+        }
+}
 
 /// Fresh rays must not see anything else: each that provably does is a miss, and there are none.
 void ExactCells::check_with_rays(const Box3d& cell, std::uint64_t key, RegionSample& sample) const {
@@ -31,7 +64,9 @@ void ExactCells::check_with_rays(const Box3d& cell, std::uint64_t key, RegionSam
         shared_.tracer().seen({eye, direction}, hits);
         ++sample.holdout_rays;
         for (std::uint32_t t : hits) {
-            std::uint32_t object = shared_.scene().triangle_objects()[t];
+            std::size_t object = shared_.scene().triangle_objects()[t];
+            if (lists_clusters())
+                object = shared_.scene().objects().size() + tree_.units().of[t];
             if (!(sample.visible[object / 64] >> (object % 64) & 1) &&
                 arbiter.sees(eye, eye + direction, t) == Verdict::clear) {
                 ++sample.holdout_misses;
@@ -52,38 +87,51 @@ Status ExactCells::check(const Box3d& cell) const {
     return {};
 }
 
-ExactCell ExactCells::solve(const Box3d& cell) const {
+ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel) const {
     const Scene& scene = shared_.scene();
+    const BakeOptions& bake = shared_.options();
     Vec3d low = scene.to_local(cell.min), high = scene.to_local(cell.max);
-    RegionSampler sampler(shared_, SamplingRegion::all_directions({low, high}), cell_key(cell));
+    RegionSampler probe(shared_, SamplingRegion::all_directions({low, high}), cell_key(cell));
     ExactCell result;
-    bool solid = !sampler.has_viewpoint();
-    if (!solid) {
-        std::uint32_t rays = shared_.options().rays_per_cell;
-        if (shared_.options().sampling == Sampling::guided)
-            sampler.look_guided(rays);
-        else
-            sampler.look_around(rays);
-    }
-    result.sample = std::move(sampler).finish();
+    bool solid = !probe.has_viewpoint();
+    result.sample = std::move(probe).finish();
     if (solid)
         return result;
     exact::CellOptions options;
-    options.seed = cell_key(cell) ^ shared_.options().seed;
+    options.seed = cell_key(cell) ^ bake.seed;
+    options.max_pieces = bake.exact.max_pieces;
+    options.form = bake.exact.form;
+    options.look_around = bake.rays_per_cell;
+    options.follow = 4 * bake.rays_per_cell;
+    options.sample_between = true;
+    if (options.form == ExactForm::published) {
+        options.rays = kPublishedRays;
+        options.box_pieces = kPublishedBoxPieces;
+    }
     exact::CellSolver solver(tree_, shared_.tracer(), options);
     exact::CellCounters counters;
-    std::uint64_t before = count_bits(result.sample.visible);
-    solver.solve({tree_.to_grid(low), tree_.to_grid(high)}, result.sample.visible, counters);
+    std::vector<std::uint64_t> units((tree_.units().count() + 63) / 64, 0);
+    result.finished = solver.solve({tree_.to_grid(low), tree_.to_grid(high)}, units, counters, {}, cancel);
+    if (!result.finished)
+        return result;
+    set_rows(units, result.sample);
+    const exact::SamplerCounters& sampled = counters.sampler;
+    result.sample.rays += sampled.rays;
+    result.sample.confirmed = static_cast<std::uint32_t>(sampled.uniform + sampled.guided + sampled.mutated + sampled.aimed);
+    std::uint64_t before = sampled.uniform + sampled.guided;
+    std::uint64_t found = count_bits(units);
     check_with_rays({low, high}, cell_key(cell), result.sample);
     result.work = {counters.box_queries, counters.triangle_queries, counters.pairs, counters.undecided,
-                   count_bits(result.sample.visible) - before};
+                   found - std::min(found, before), counters.effective, counters.with_effective,
+                   counters.most_effective};
     return result;
 }
 
 void put(PayloadWriter& writer, const ExactCell& cell) {
     writer.put(cell.sample);
     for (std::uint64_t number : {cell.work.box_queries, cell.work.triangle_queries, cell.work.pairs,
-                                 cell.work.undecided, cell.work.found_by_query})
+                                 cell.work.undecided, cell.work.found_by_query, cell.work.effective_occluders,
+                                 cell.work.queries_with_occluders, cell.work.most_effective})
         writer.put(number);
 }
 
@@ -91,7 +139,8 @@ ExactCell get_exact_cell(PayloadReader& reader, std::size_t words) {
     ExactCell cell;
     cell.sample = reader.get_sample(words);
     for (std::uint64_t* number : {&cell.work.box_queries, &cell.work.triangle_queries, &cell.work.pairs,
-                                  &cell.work.undecided, &cell.work.found_by_query})
+                                  &cell.work.undecided, &cell.work.found_by_query, &cell.work.effective_occluders,
+                                  &cell.work.queries_with_occluders, &cell.work.most_effective})
         *number = reader.get();
     return cell;
 }

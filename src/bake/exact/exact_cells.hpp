@@ -9,6 +9,7 @@ namespace antumbra {
 struct ExactCell {
     RegionSample sample; ///< `visible` holds every visible object and no other, but for the undecided
     ExactStatistics work;
+    bool finished = true; ///< false: it was cancelled
 };
 
 /// Immutable and thread-safe; refers to the sampling scene.
@@ -20,10 +21,17 @@ class ExactCells {
     Status check(const Box3d& cell) const;
     /// A pure function of scene, options and cell (world, on the scene's grid). A cell without a viewpoint is solid.
     /// The answer speaks of every point of the closed cell, be it in free space or not.
-    ExactCell solve(const Box3d& cell) const;
+    ExactCell solve(const Box3d& cell, const std::atomic<bool>* cancel = nullptr) const;
+    /// Words of a row: bits of objects, then of clusters.
+    std::size_t words() const { return (bits() + 63) / 64; }
+    /// PvsData::cluster_first: empty if objects are what is listed.
+    std::vector<std::uint32_t> cluster_first() const;
 
   private:
     void check_with_rays(const Box3d& cell, std::uint64_t key, RegionSample& sample) const;
+    bool lists_clusters() const { return shared_.options().exact.granularity != Granularity::object; }
+    std::size_t bits() const;
+    void set_rows(const std::vector<std::uint64_t>& units, RegionSample& sample) const;
     const SamplingScene& shared_;
     exact::SceneTree tree_;
 };
