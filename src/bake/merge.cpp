@@ -9,16 +9,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Numbers of `counts` onto those of `sum`, also within objects. False if their keys differ.
-bool add_counts(Json& sum, const Json& counts) {
+/// Numbers of `counts` onto those of `sum`, also within objects; of numbers whose name begins with "most_" the greater
+/// one. False if their keys differ.
+bool add_counts(Json& sum, const Json& counts, const std::string& name = "") {
     if (sum.is_number_unsigned() && counts.is_number_unsigned()) {
-        sum = sum.get<std::uint64_t>() + counts.get<std::uint64_t>();
+        auto a = sum.get<std::uint64_t>(), b = counts.get<std::uint64_t>();
+        sum = name.starts_with("most_") ? std::max(a, b) : a + b;
         return true;
     }
     if (!sum.is_object() || !counts.is_object() || sum.size() != counts.size())
         return sum == counts;
     for (auto& [key, value] : sum.items())
-        if (!counts.contains(key) || !add_counts(value, counts[key]))
+        if (!counts.contains(key) || !add_counts(value, counts[key], key))
             return false;
     return true;
 }

@@ -24,7 +24,7 @@ inline std::uint64_t plan_of(std::span<const std::uint64_t> units) {
 }
 
 /// What PvsData::options_json says. `options` are equal in all parts of a bake; the numbers in `counts`, and in objects
-/// within, add up.
+/// within, add up; those called most_.. are greatest values.
 struct PartDescription {
     Shard shard;
     std::uint64_t plan = 0; ///< plan_of() the units of all shards
