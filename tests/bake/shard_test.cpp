@@ -28,7 +28,11 @@ BakeOptions options(const std::string& method) {
     return o;
 }
 
+/// `pvs` reads from `bytes`: a part may move, but a copy would read what belongs to another.
 struct Part {
+    Part() = default;
+    Part(Part&&) = default;
+    Part& operator=(Part&&) = default;
     std::vector<std::byte> bytes;
     std::optional<Pvs> pvs;
 };
@@ -47,6 +51,10 @@ std::vector<Part> parts_of(const Scene& scene, BakeOptions o, std::uint32_t coun
         parts[k].pvs.emplace(*Pvs::open(parts[k].bytes));
     }
     return parts;
+}
+
+Part part_of(const Scene& scene, const BakeOptions& o, std::uint32_t count, std::uint32_t k) {
+    return std::move(parts_of(scene, o, count)[k]);
 }
 
 Result<PvsData> merge(const std::vector<Part>& parts, std::vector<std::size_t> order) {
@@ -134,20 +142,20 @@ TEST(Shards, MissingTwiceAndForeignPartsAreRefused) {
     EXPECT_NE(problem({0, 1, 1, 2}).find("part1: is shard 2 of 3, as is part1"), std::string::npos) << problem({0, 1, 1, 2});
     EXPECT_EQ(merge(parts, {}).status().code(), ErrorCode::usage);
     o.seed = 2;
-    parts.push_back(parts_of(scene, o, 3)[2]);
+    parts.push_back(part_of(scene, o, 3, 2));
     EXPECT_NE(problem({0, 1, 3}).find("part3: belongs to another bake than part0"), std::string::npos);
     o = options("sampled");
-    parts[3] = parts_of(scene, o, 4)[2];
+    parts[3] = part_of(scene, o, 4, 2);
     EXPECT_NE(problem({0, 1, 3}).find("another bake"), std::string::npos);
     parts[3].bytes = encoded(scene, o);
     parts[3].pvs.emplace(*Pvs::open(parts[3].bytes));
     EXPECT_NE(problem({0, 1, 3}).find("part3: is no part"), std::string::npos);
     o.where = {{{0, 0, 0}, {23.6, 2, 5}}, {{1, 0, 1}, {2, 1, 2}}}; // the same grid, all cells
-    parts[3] = parts_of(scene, o, 3)[2];
+    parts[3] = part_of(scene, o, 3, 2);
     EXPECT_TRUE(merge(parts, {0, 1, 3}).ok());
     o.where = {{{0, 0, 0}, {0, 2, 0}}, {{23.6, 0, 5}, {23.6, 2, 5}}}; // the same grid, two of its cells
-    parts[3] = parts_of(scene, o, 3)[1];
-    parts[2] = parts_of(scene, o, 3)[2];
+    parts[3] = part_of(scene, o, 3, 1);
+    parts[2] = part_of(scene, o, 3, 2);
     EXPECT_NE(problem({0, 3, 2}).find("another bake"), std::string::npos) << problem({0, 3, 2});
     o.shard = {3, 3};
     EXPECT_EQ(bake(scene, o).status().code(), ErrorCode::usage);

@@ -67,8 +67,10 @@ class Commands(unittest.TestCase):
         self.assertEqual(run_json("inspect", alone)["cells"], 0)
         view = ("--method", "planes", "--eye", "3,1.5,2", "--dir", "1,0,0.2")
         found = run_json("cull", self.scene, *view)
-        for file in (alone, both):
-            self.assertEqual(run_json("cull", self.scene, *view, "--pvs", file), found)
+        self.assertEqual(run_json("cull", self.scene, *view, "--pvs", alone), found)
+        seeing = run_json("cull", self.scene, *view, "--pvs", both)  # takes its candidates from what the cell sees
+        self.assertEqual(seeing["visible"], found["visible"])
+        self.assertNotEqual(seeing["counters"]["occluders_used"], found["counters"]["occluders_used"])
         walked = run_json("walk", self.scene, "--pvs", both, "--cull", "frustum,planes,pvs", "--frames", 5, "--no-draw")
         self.assertEqual([method["false_invisible_pixels"] for method in walked["methods"]][1], 0)
         mos = os.path.join(self.folder.name, "mos.pvs")
