@@ -1,6 +1,7 @@
 // Wavefront OBJ to RawScene. Two passes over the text: the first reads and counts vertices, the second builds
 // faces, so that every index can be judged, and every array sized, before it is used.
 #include "import/findings.hpp"
+#include "import/import_bytes.hpp"
 #include "import/obj_materials.hpp"
 #include "import/polygon.hpp"
 #include "import/text.hpp"
@@ -243,19 +244,8 @@ class ObjReader {
 } // namespace
 
 Result<RawScene> import_obj(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                            const ImportOptions& options) try {
-    if (bytes.empty())
-        return Status(ErrorCode::corrupt, name + ": the file is empty");
-    if (bytes.size() > options.limits.bytes)
-        return Status(ErrorCode::limit, name + ": has " + std::to_string(bytes.size()) +
-                                            " bytes, more than the limit of " + std::to_string(options.limits.bytes));
-    Result<RawScene> raw = ObjReader(bytes, folder, options).read();
-    if (!raw)
-        return raw.status().in(name);
-    raw->source = name;
-    return raw;
-} catch (const std::bad_alloc&) {
-    return Status(ErrorCode::limit, name + ": not enough memory");
+                            const ImportOptions& options) {
+    return import_bytes(bytes, name, options, [&] { return ObjReader(bytes, folder, options).read(); });
 }
 
 } // namespace antumbra

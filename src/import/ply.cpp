@@ -1,6 +1,7 @@
 // PLY: a header that declares elements with typed properties, then their values as text or binary of either
 // byte order.
 #include "import/findings.hpp"
+#include "import/import_bytes.hpp"
 #include "import/polygon.hpp"
 #include "import/text.hpp"
 
@@ -301,19 +302,8 @@ class PlyReader {
 } // namespace
 
 Result<RawScene> import_ply(std::span<const std::byte> bytes, const std::string& name,
-                            const ImportOptions& options) try {
-    if (bytes.empty())
-        return Status(ErrorCode::corrupt, name + ": the file is empty");
-    if (bytes.size() > options.limits.bytes)
-        return Status(ErrorCode::limit, name + ": has " + std::to_string(bytes.size()) +
-                                            " bytes, more than the limit of " + std::to_string(options.limits.bytes));
-    Result<RawScene> raw = PlyReader(bytes, options).read();
-    if (!raw)
-        return raw.status().in(name);
-    raw->source = name;
-    return raw;
-} catch (const std::bad_alloc&) {
-    return Status(ErrorCode::limit, name + ": not enough memory");
+                            const ImportOptions& options) {
+    return import_bytes(bytes, name, options, [&] { return PlyReader(bytes, options).read(); });
 }
 
 } // namespace antumbra

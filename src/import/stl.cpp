@@ -1,4 +1,5 @@
 // STL: a soup of triangles, as text or binary.
+#include "import/import_bytes.hpp"
 #include "import/text.hpp"
 
 #include <antumbra/import.hpp>
@@ -138,19 +139,8 @@ class StlReader {
 } // namespace
 
 Result<RawScene> import_stl(std::span<const std::byte> bytes, const std::string& name,
-                            const ImportOptions& options) try {
-    if (bytes.empty())
-        return Status(ErrorCode::corrupt, name + ": the file is empty");
-    if (bytes.size() > options.limits.bytes)
-        return Status(ErrorCode::limit, name + ": has " + std::to_string(bytes.size()) +
-                                            " bytes, more than the limit of " + std::to_string(options.limits.bytes));
-    Result<RawScene> raw = StlReader(bytes, options).read();
-    if (!raw)
-        return raw.status().in(name);
-    raw->source = name;
-    return raw;
-} catch (const std::bad_alloc&) {
-    return Status(ErrorCode::limit, name + ": not enough memory");
+                            const ImportOptions& options) {
+    return import_bytes(bytes, name, options, [&] { return StlReader(bytes, options).read(); });
 }
 
 } // namespace antumbra
