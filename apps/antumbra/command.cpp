@@ -1,5 +1,7 @@
 #include "command.hpp"
 
+#include <antumbra/evaluate.hpp>
+
 #include <fmt/format.h>
 
 #include <charconv>
@@ -132,6 +134,25 @@ Result<Scene> SceneArguments::load() const {
     scene_options.never_occlude = never_occlude;
     scene_options.ignore = ignore;
     return load_scene(path, import_options, scene_options);
+}
+
+Result<PvsFile> open_pvs(const std::string& path) {
+    Result<MappedFile> file = MappedFile::open(path);
+    if (!file)
+        return file.status();
+    Result<Pvs> pvs = Pvs::open(file->bytes());
+    if (!pvs)
+        return pvs.status().in(path);
+    return PvsFile{std::move(*file), std::move(*pvs)};
+}
+
+Result<PvsFile> open_pvs(const std::string& path, const Scene& scene) {
+    Result<PvsFile> opened = open_pvs(path);
+    if (!opened)
+        return opened;
+    if (Status status = check_belongs(scene, opened->pvs); !status)
+        return status.in(path);
+    return opened;
 }
 
 Result<Vec3d> parse_vec3(const std::string& text, const char* option) {

@@ -1,8 +1,11 @@
 // What the commands share. One file per command; main.cpp lists them.
 #pragma once
 
+#include "base/file.hpp"
+
 #include <antumbra/import.hpp>
 #include <antumbra/job.hpp>
+#include <antumbra/pvs.hpp>
 #include <antumbra/scene.hpp>
 
 #include <CLI/CLI.hpp>
@@ -53,6 +56,18 @@ struct SceneArguments {
     void add_to(CLI::App& command);
     Result<Scene> load() const;
 };
+
+/// A baked file and what is in it; movable.
+struct PvsFile {
+    MappedFile file; ///< pvs refers to its bytes
+    Pvs pvs;
+    std::span<const std::byte> bytes() const { return file.bytes(); }
+};
+
+/// Opens `path`; errors name it.
+Result<PvsFile> open_pvs(const std::string& path);
+/// The same, refused with ErrorCode::mismatch unless it was baked from `scene`.
+Result<PvsFile> open_pvs(const std::string& path, const Scene& scene);
 
 /// "X,Y,Z" to a vector; ErrorCode::usage names the option.
 Result<Vec3d> parse_vec3(const std::string& text, const char* option);

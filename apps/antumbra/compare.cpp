@@ -1,7 +1,5 @@
 #include "command.hpp"
 
-#include "base/file.hpp"
-
 #include <antumbra/compare.hpp>
 
 #include <fmt/format.h>
@@ -100,27 +98,17 @@ int run_compare(CompareArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    std::optional<MappedFile> files[2];
-    std::optional<Pvs> pvs[2];
-    for (int k = 0; k < 2; ++k) {
-        const std::string& path = k ? arguments.b : arguments.a;
-        Result<MappedFile> file = MappedFile::open(path);
-        if (!file)
-            return fail(file.status());
-        files[k].emplace(std::move(*file));
-        Result<Pvs> opened = Pvs::open(files[k]->bytes());
-        if (!opened)
-            return fail(opened.status().in(path));
-        pvs[k].emplace(std::move(*opened));
-    }
+    Result<PvsFile> a = open_pvs(arguments.a), b = open_pvs(arguments.b);
+    if (!a || !b)
+        return fail(a ? b.status() : a.status());
     arguments.options.seed = arguments.common.seed;
-    Result<CompareResult> result = compare(*scene, *pvs[0], *pvs[1], arguments.options, make_job(arguments.common));
+    Result<CompareResult> result = compare(*scene, a->pvs, b->pvs, arguments.options, make_job(arguments.common));
     if (!result)
         return fail(result.status().in(arguments.a + ", " + arguments.b));
     if (arguments.common.json)
-        print_json(arguments, *scene, *pvs[0], *pvs[1], *result);
+        print_json(arguments, *scene, a->pvs, b->pvs, *result);
     else
-        print_text(arguments, *scene, *pvs[0], *pvs[1], *result);
+        print_text(arguments, *scene, a->pvs, b->pvs, *result);
     if (result->contradictions == 0)
         return 0;
     const Contradiction& first = result->first.front();

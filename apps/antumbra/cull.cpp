@@ -5,8 +5,6 @@
 #include <antumbra/cull.hpp>
 #include <antumbra/occluder_finding.hpp>
 
-#include "base/file.hpp"
-
 #include <fmt/format.h>
 
 namespace antumbra::app {
@@ -100,21 +98,12 @@ int run_cull(const CullArguments& arguments) {
     options.occluder_choice = arguments.choice == "first-hit"        ? OccluderChoice::first_hit
                               : arguments.choice == "projected-size" ? OccluderChoice::projected_size
                                                                      : OccluderChoice::area_angle;
-    std::optional<MappedFile> file;
-    std::optional<Pvs> pvs;
+    std::optional<PvsFile> baked;
     if (!arguments.pvs.empty()) {
-        Result<MappedFile> opened = MappedFile::open(arguments.pvs);
+        Result<PvsFile> opened = open_pvs(arguments.pvs, *scene);
         if (!opened)
             return fail(opened.status());
-        file.emplace(std::move(*opened));
-        Result<Pvs> parsed = Pvs::open(file->bytes());
-        if (!parsed)
-            return fail(parsed.status().in(arguments.pvs));
-        if (parsed->scene_fingerprint() != scene->fingerprint())
-            return fail(Status(ErrorCode::mismatch, arguments.pvs + ": baked from another scene than " +
-                                                        arguments.scene.path + "; bake it again"));
-        pvs.emplace(std::move(*parsed));
-        options.pvs = &*pvs;
+        options.pvs = &baked.emplace(std::move(*opened)).pvs;
     }
     Result<CullScene> cull_scene = cull_scene_for(*scene, options.pvs);
     if (!cull_scene)

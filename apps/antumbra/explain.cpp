@@ -46,19 +46,17 @@ int run_explain(ExplainArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    Result<MappedFile> file = MappedFile::open(arguments.pvs);
-    if (!file)
-        return fail(file.status());
-    Result<Pvs> pvs = Pvs::open(file->bytes());
-    if (!pvs)
-        return fail(pvs.status().in(arguments.pvs));
+    Result<PvsFile> opened = open_pvs(arguments.pvs);
+    if (!opened)
+        return fail(opened.status());
+    const Pvs& pvs = opened->pvs;
     if (arguments.object.empty())
-        return draw_cell(arguments, *scene, *pvs, *eye);
+        return draw_cell(arguments, *scene, pvs, *eye);
     Result<std::uint32_t> object = find_object(*scene, arguments.object);
     if (!object)
         return fail(object.status());
     Job job = make_job(arguments.common);
-    Result<Explainer> explainer = Explainer::create(*scene, *pvs, job);
+    Result<Explainer> explainer = Explainer::create(*scene, pvs, job);
     if (!explainer)
         return fail(explainer.status().in(arguments.pvs));
     arguments.options.seed = arguments.common.seed;

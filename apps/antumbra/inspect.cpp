@@ -114,20 +114,18 @@ void print_as_text(const Pvs& pvs, const std::vector<Section>& sections, const C
 }
 
 int run_inspect(const InspectArguments& arguments) {
-    Result<MappedFile> file = MappedFile::open(arguments.file);
-    if (!file)
-        return fail(file.status());
-    Result<Pvs> pvs = Pvs::open(file->bytes());
-    if (!pvs)
-        return fail(pvs.status().in(arguments.file));
-    std::vector<Section> sections = *read_chunks(file->bytes());
-    Census census = take_census(*pvs);
+    Result<PvsFile> opened = open_pvs(arguments.file);
+    if (!opened)
+        return fail(opened.status());
+    const Pvs& pvs = opened->pvs;
+    std::vector<Section> sections = *read_chunks(opened->bytes());
+    Census census = take_census(pvs);
     if (!arguments.report.empty()) {
-        std::string page = census_page(*pvs, census, arguments.file.substr(arguments.file.find_last_of('/') + 1));
+        std::string page = census_page(pvs, census, arguments.file.substr(arguments.file.find_last_of('/') + 1));
         if (Status status = write_file_atomically(arguments.report, page); !status)
             return fail(status);
     }
-    (arguments.common.json ? print_as_json : print_as_text)(*pvs, sections, census, arguments.worst);
+    (arguments.common.json ? print_as_json : print_as_text)(pvs, sections, census, arguments.worst);
     return 0;
 }
 

@@ -19,16 +19,13 @@ int run_merge(const MergeArguments& arguments) {
     std::vector<MappedFile> files;
     std::vector<Pvs> parts;
     for (const std::string& path : arguments.parts) {
-        Result<MappedFile> file = MappedFile::open(path);
-        if (!file)
-            return fail(file.status());
-        files.push_back(std::move(*file));
-        Result<Pvs> part = Pvs::open(files.back().bytes());
-        if (!part)
-            return fail(part.status().in(path));
-        if (!parts.empty() && part->coding() != parts[0].coding())
+        Result<PvsFile> opened = open_pvs(path);
+        if (!opened)
+            return fail(opened.status());
+        if (!parts.empty() && opened->pvs.coding() != parts[0].coding())
             return fail({ErrorCode::mismatch, path + ": has another --coding than " + arguments.parts[0]});
-        parts.push_back(std::move(*part));
+        files.push_back(std::move(opened->file));
+        parts.push_back(std::move(opened->pvs));
     }
     Result<PvsData> merged = merge_parts(parts, arguments.parts);
     if (!merged)

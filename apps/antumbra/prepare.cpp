@@ -32,15 +32,10 @@ struct PrepareArguments {
 Result<std::vector<std::byte>> file_for(const PrepareArguments& arguments, const Scene& scene) {
     if (arguments.pvs.empty())
         return encode_pvs(describe_scene(scene));
-    Result<MappedFile> file = MappedFile::open(arguments.pvs);
-    if (!file)
-        return file.status();
-    Result<Pvs> pvs = Pvs::open(file->bytes());
-    if (!pvs)
-        return pvs.status().in(arguments.pvs);
-    if (Status status = check_belongs(scene, *pvs); !status)
-        return status.in(arguments.pvs);
-    return std::vector<std::byte>(file->bytes().begin(), file->bytes().end());
+    Result<PvsFile> opened = open_pvs(arguments.pvs, scene);
+    if (!opened)
+        return opened.status();
+    return std::vector<std::byte>(opened->bytes().begin(), opened->bytes().end());
 }
 
 /// Minimum occluder sets, kept point by point beside the output while they are made.

@@ -163,18 +163,12 @@ int run_prove(ProveArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    std::optional<MappedFile> file;
-    std::optional<Pvs> pvs;
+    std::optional<PvsFile> baked;
     if (!arguments.pvs.empty()) {
-        Result<MappedFile> mapped = MappedFile::open(arguments.pvs);
-        if (!mapped)
-            return fail(mapped.status());
-        file.emplace(std::move(*mapped));
-        Result<Pvs> opened = Pvs::open(file->bytes());
+        Result<PvsFile> opened = open_pvs(arguments.pvs, *scene);
         if (!opened)
-            return fail(opened.status().in(arguments.pvs));
-        pvs.emplace(std::move(*opened));
-        options.pvs = &*pvs;
+            return fail(opened.status());
+        options.pvs = &baked.emplace(std::move(*opened)).pvs;
     }
     options.seed = arguments.common.seed;
     if (!arguments.cull.empty() && arguments.cull != "all")

@@ -58,6 +58,25 @@ void print_text(const Scene& scene, const Pvs& pvs, const VerifyResult& result) 
                    scene.name(one.object), one.eye.x, one.eye.y, one.eye.z);
 }
 
+/// What both kinds of certificate results count.
+template <class Counts>
+void add_proofs(Json& document, const Counts& counts) {
+    document["pairs"] = counts.pairs;
+    document["proved_visible"] = counts.visible;
+    document["proved_hidden"] = counts.hidden;
+    document["visible_by_definition"] = counts.by_definition;
+    document["undecided"] = counts.undecided;
+    document["trees"] = counts.trees;
+    document["nodes"] = counts.nodes;
+    document["rejected"] = counts.rejected;
+}
+
+template <class Counts>
+std::string proofs_as_text(const Counts& counts) {
+    return fmt::format("{} visible by a witness, {} hidden by {} trees of {} nodes in all, {} touch their cell, {} undecided",
+                       counts.visible, counts.hidden, counts.trees, counts.nodes, counts.by_definition, counts.undecided);
+}
+
 /// Random (cell, object) pairs proved again, the proofs checked by the independent verifier.
 int run_certificates(const VerifyArguments& arguments, const Scene& scene, const Pvs& pvs) {
     Result<CertificateResult> result =
@@ -67,24 +86,14 @@ int run_certificates(const VerifyArguments& arguments, const Scene& scene, const
     if (arguments.common.json) {
         Json document;
         document["guarantee"] = to_string(pvs.guarantee());
-        document["pairs"] = result->pairs;
-        document["proved_visible"] = result->visible;
-        document["proved_hidden"] = result->hidden;
-        document["visible_by_definition"] = result->by_definition;
-        document["undecided"] = result->undecided;
-        document["trees"] = result->trees;
-        document["nodes"] = result->nodes;
-        document["rejected"] = result->rejected;
+        add_proofs(document, *result);
         document["listed_but_hidden"] = result->listed_but_hidden;
         document["visible_but_unlisted"] = result->visible_but_unlisted;
         document["first_problem"] = result->first_problem;
         print_json(document);
     } else {
         fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
-        fmt::print("proved     {} pairs: {} visible by a witness, {} hidden by {} trees of {} nodes in all, "
-                   "{} touch their cell, {} undecided\n",
-                   result->pairs, result->visible, result->hidden, result->trees, result->nodes,
-                   result->by_definition, result->undecided);
+        fmt::print("proved     {} pairs: {}\n", result->pairs, proofs_as_text(*result));
         fmt::print("rejected   {} proofs\n", result->rejected);
         fmt::print("the file   lists {} hidden objects and lacks {} visible ones\n", result->listed_but_hidden,
                    result->visible_but_unlisted);
@@ -113,24 +122,15 @@ int run_stored_certificates(const VerifyArguments& arguments, const Scene& scene
         document["guarantee"] = to_string(pvs.guarantee());
         document["stored"] = path;
         document["cells"] = result->cells;
-        document["pairs"] = result->pairs;
-        document["proved_visible"] = result->visible;
-        document["proved_hidden"] = result->hidden;
-        document["visible_by_definition"] = result->by_definition;
-        document["undecided"] = result->undecided;
-        document["trees"] = result->trees;
-        document["nodes"] = result->nodes;
+        add_proofs(document, *result);
         document["bytes"] = result->bytes;
-        document["rejected"] = result->rejected;
         document["disagree"] = result->disagree;
         document["first_problem"] = result->first_problem;
         print_json(document);
     } else {
         fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
-        fmt::print("stored     {}: all {} pairs of {} cells: {} visible by a witness, {} hidden by {} trees of {} nodes in "
-                   "all, {} touch their cell, {} undecided\n",
-                   path, result->pairs, result->cells, result->visible, result->hidden, result->trees, result->nodes,
-                   result->by_definition, result->undecided);
+        fmt::print("stored     {}: all {} pairs of {} cells: {}\n", path, result->pairs, result->cells,
+                   proofs_as_text(*result));
         fmt::print("rejected   {} proofs; {} pairs are listed otherwise\n", result->rejected, result->disagree);
     }
     if (result->rejected + result->disagree == 0)
@@ -143,32 +143,30 @@ int run_verify(VerifyArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    Result<MappedFile> file = MappedFile::open(arguments.pvs);
-    if (!file)
-        return fail(file.status());
-    Result<Pvs> pvs = Pvs::open(file->bytes());
-    if (!pvs)
-        return fail(pvs.status().in(arguments.pvs));
+    Result<PvsFile> opened = open_pvs(arguments.pvs);
+    if (!opened)
+        return fail(opened.status());
+    const Pvs& pvs = opened->pvs;
     arguments.certificate_options.seed = arguments.common.seed;
     std::string stored = arguments.proof.empty() ? arguments.pvs + ".proof" : arguments.proof;
     if (arguments.certificates && (!arguments.proof.empty() || file_exists(stored)))
-        return run_stored_certificates(arguments, *scene, *pvs, file->bytes(), stored);
+        return run_stored_certificates(arguments, *scene, pvs, opened->bytes(), stored);
     if (arguments.certificates)
-        return run_certificates(arguments, *scene, *pvs);
+        return run_certificates(arguments, *scene, pvs);
     arguments.options.seed = arguments.common.seed;
-    Result<VerifyResult> result = verify(*scene, *pvs, arguments.options, make_job(arguments.common));
+    Result<VerifyResult> result = verify(*scene, pvs, arguments.options, make_job(arguments.common));
     if (!result)
         return fail(result.status().in(arguments.pvs));
     if (arguments.common.json)
-        print_json(to_json(*scene, *pvs, *result));
+        print_json(to_json(*scene, pvs, *result));
     else
-        print_text(*scene, *pvs, *result);
-    if (result->false_invisible_pixels == 0 || may_lose_pixels(pvs->guarantee()))
+        print_text(*scene, pvs, *result);
+    if (result->false_invisible_pixels == 0 || may_lose_pixels(pvs.guarantee()))
         return 0;
     return fail({ErrorCode::internal,
                  fmt::format("{}: promises to be {}, but hides {} objects that {} confirmed pixels see; do not use the "
                              "file, and please report how it was baked",
-                             arguments.pvs, to_string(pvs->guarantee()), result->false_invisible_objects,
+                             arguments.pvs, to_string(pvs.guarantee()), result->false_invisible_objects,
                              result->false_invisible_pixels)});
 }
 

@@ -1,6 +1,5 @@
 #include "view_server.hpp"
 
-#include "command.hpp"
 #include "import/uri.hpp"
 
 #include <antumbra/evaluate.hpp>
@@ -110,7 +109,7 @@ const std::string& served_page() {
 } // namespace
 
 Result<std::unique_ptr<ViewedScene>> open_viewed(Scene scene, const std::string& path, const std::string& pvs_path) {
-    auto viewed = std::make_unique<ViewedScene>(ViewedScene{std::move(scene), path, {}, {}, {}, {}, pvs_path, 0});
+    auto viewed = std::make_unique<ViewedScene>(ViewedScene{std::move(scene), path, {}, {}, {}, pvs_path, 0});
     std::string ending = ending_of(path);
     if (ending != ".glb" && ending != ".gltf") {
         Result<std::vector<std::byte>> bytes = export_glb(viewed->scene);
@@ -122,16 +121,10 @@ Result<std::unique_ptr<ViewedScene>> open_viewed(Scene scene, const std::string&
     }
     if (pvs_path.empty())
         return viewed;
-    Result<MappedFile> file = MappedFile::open(pvs_path);
-    if (!file)
-        return file.status();
-    viewed->pvs_file.emplace(std::move(*file));
-    Result<Pvs> pvs = Pvs::open(viewed->pvs_file->bytes());
-    if (!pvs)
-        return pvs.status().in(pvs_path);
-    viewed->pvs.emplace(std::move(*pvs));
-    if (Status belongs = check_belongs(viewed->scene, *viewed->pvs); !belongs)
-        return belongs.in(pvs_path);
+    Result<PvsFile> opened = open_pvs(pvs_path, viewed->scene);
+    if (!opened)
+        return opened.status();
+    viewed->baked.emplace(std::move(*opened));
     return viewed;
 }
 
@@ -191,9 +184,9 @@ void ViewServer::Parts::route() {
         answer_scene(request, response);
     });
     server.Get(R"(/pvs/.+)", [this](const httplib::Request&, httplib::Response& response) {
-        if (!viewed.pvs_file)
+        if (!viewed.baked)
             return send_error(response, 404, "no .pvs was given");
-        send(response, viewed.pvs_file->bytes(), "application/octet-stream", nullptr);
+        send(response, viewed.baked->bytes(), "application/octet-stream", nullptr);
     });
 }
 
@@ -224,9 +217,9 @@ void ViewServer::Parts::answer_scene(const httplib::Request& request, httplib::R
 void ViewServer::Parts::answer_offer(httplib::Response& response) const {
     send_json(response, {{"name", file_name(viewed.path)},
                          {"scene", "scene/" + escaped(scene_name())},
-                         {"pvs", viewed.pvs ? Json("pvs/" + escaped(file_name(viewed.pvs_path))) : Json(nullptr)},
+                         {"pvs", viewed.baked ? Json("pvs/" + escaped(file_name(viewed.pvs_path))) : Json(nullptr)},
                          {"byOrder", !viewed.is_gltf()},
-                         {"explains", viewed.pvs.has_value()}});
+                         {"explains", viewed.baked.has_value()}});
 }
 
 void ViewServer::Parts::answer_path(httplib::Response& response) {
@@ -247,7 +240,7 @@ void ViewServer::Parts::answer_path(httplib::Response& response) {
 }
 
 void ViewServer::Parts::answer_explain(const httplib::Request& request, httplib::Response& response) {
-    if (!viewed.pvs)
+    if (!viewed.baked)
         return send_error(response, 404, "no .pvs was given");
     std::string text = request.get_param_value("object");
     std::uint32_t object = 0;
@@ -260,7 +253,7 @@ void ViewServer::Parts::answer_explain(const httplib::Request& request, httplib:
     {
         std::lock_guard guard(explainer_lock);
         if (!explainer) {
-            Result<Explainer> made = Explainer::create(viewed.scene, *viewed.pvs, job());
+            Result<Explainer> made = Explainer::create(viewed.scene, viewed.baked->pvs, job());
             if (!made)
                 return send_error(response, 500, made.status().message());
             explainer.emplace(std::move(*made));

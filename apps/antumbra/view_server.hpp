@@ -1,7 +1,7 @@
 // What `antumbra view` serves: the viewer's page, the scene, the bake, and answers that need the whole toolkit.
 #pragma once
 
-#include "base/file.hpp"
+#include "command.hpp"
 
 #include <antumbra/explain.hpp>
 #include <antumbra/job.hpp>
@@ -26,8 +26,7 @@ struct ViewedScene {
     std::string path;                  ///< of the scene file
     std::vector<std::byte> converted;  ///< GLB, if the file is no glTF
     std::set<std::string> companions;  ///< other files that the glTF names, relative to its folder
-    std::optional<MappedFile> pvs_file;
-    std::optional<Pvs> pvs;
+    std::optional<PvsFile> baked;
     std::string pvs_path;
     unsigned threads = 0;
 

@@ -1,6 +1,7 @@
 #include "command.hpp"
 
 #include "base/file.hpp"
+#include "evaluate/walk_json.hpp"
 
 #include <antumbra/camera.hpp>
 #include <antumbra/evaluate.hpp>
@@ -87,10 +88,6 @@ Result<FoundPath> read_path(const WalkArguments& arguments, const Scene& scene) 
     return path;
 }
 
-Json number(double value) {
-    return value < 0 ? Json(nullptr) : Json(value);
-}
-
 Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result, std::span<const Study> studies) {
     Json document;
     document["scene"] = scene.source();
@@ -108,27 +105,12 @@ Json to_json(const Scene& scene, const FoundPath& path, const WalkResult& result
     document["objects"] = scene.objects().size();
     document["triangles"] = scene.triangles().size();
     document["triangles_true"] = result.triangles_true;
-    document["empty_ms"] = {{"median", number(result.empty_ms_median)}};
-    document["ceiling_ms"] = {{"median", number(result.ceiling_ms_median)}};
-    document["ceiling_speedup"] = number(result.ceiling_speedup);
+    document["empty_ms"] = {{"median", figure_json(result.empty_ms_median)}};
+    document["ceiling_ms"] = {{"median", figure_json(result.ceiling_ms_median)}};
+    document["ceiling_speedup"] = figure_json(result.ceiling_speedup);
     document["methods"] = Json::array();
     for (const WalkMethod& method : result.methods)
-        document["methods"].push_back(
-            {{"name", method.name},
-             {"guarantee", to_string(method.guarantee)},
-             {"cull_ms", {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
-             {"draw_ms", {{"median", number(method.draw_ms_median)}}},
-             {"frame_ms", {{"median", number(method.frame_ms_median)}}},
-             {"objects_reported", method.objects_reported},
-             {"objects_true", result.objects_true},
-             {"triangles_drawn", method.triangles_drawn},
-             {"culled_of_frustum", method.culled_of_frustum},
-             {"false_visible_objects", method.false_visible_objects},
-             {"false_invisible_objects", method.false_invisible_objects},
-             {"false_invisible_pixels", method.false_invisible_pixels},
-             {"grazing_pixels", method.grazing_pixels},
-             {"unconfirmed_pixels", method.unconfirmed_pixels},
-             {"speedup_over_frustum", number(method.speedup_over_frustum)}});
+        document["methods"].push_back(method_json(method, result));
     document["notes"] = result.notes;
     document["studies"] = Json::array();
     for (const Study& study : studies)
@@ -266,20 +248,12 @@ int run_walk(WalkArguments& arguments) {
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
-    std::optional<MappedFile> file;
-    std::optional<Pvs> pvs;
+    std::optional<PvsFile> baked;
     if (!arguments.pvs.empty()) {
-        Result<MappedFile> mapped = MappedFile::open(arguments.pvs);
-        if (!mapped)
-            return fail(mapped.status());
-        file.emplace(std::move(*mapped));
-        Result<Pvs> opened = Pvs::open(file->bytes());
+        Result<PvsFile> opened = open_pvs(arguments.pvs, *scene);
         if (!opened)
-            return fail(opened.status().in(arguments.pvs));
-        pvs.emplace(std::move(*opened));
-        if (Status status = check_belongs(*scene, *pvs); !status)
-            return fail(status.in(arguments.pvs));
-        arguments.options.pvs = &*pvs;
+            return fail(opened.status());
+        arguments.options.pvs = &baked.emplace(std::move(*opened)).pvs;
     }
     Job job = make_job(arguments.common);
     arguments.path_options.seed = arguments.common.seed;
@@ -302,7 +276,7 @@ int run_walk(WalkArguments& arguments) {
     std::vector<Study> studies;
     if (Status status = run_studies(arguments, *scene, *path, job, studies); !status)
         return fail(status);
-    return finish(arguments, *scene, pvs ? &*pvs : nullptr, *path, *result, studies);
+    return finish(arguments, *scene, arguments.options.pvs, *path, *result, studies);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "evaluate/report/report_page.hpp"
 
 #include "evaluate/pixel_rays.hpp"
+#include "evaluate/walk_json.hpp"
 
 #include <antumbra/evaluate.hpp>
 
@@ -15,10 +16,6 @@ namespace antumbra {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-    return value < 0 ? Json(nullptr) : Json(value);
-}
 
 /// Short decimals: a page of float noise is of no use to anyone.
 Json rounded(double value, double digits = 1e4) {
@@ -68,28 +65,16 @@ Json walk_facts(const WalkResult& result, const ReportOptions& options) {
             {"renderer", result.renderer},
             {"objects_true", result.objects_true},
             {"triangles_true", result.triangles_true},
-            {"empty_ms", number(result.empty_ms_median)},
-            {"ceiling_ms", number(result.ceiling_ms_median)},
-            {"ceiling_speedup", number(result.ceiling_speedup)},
+            {"empty_ms", figure_json(result.empty_ms_median)},
+            {"ceiling_ms", figure_json(result.ceiling_ms_median)},
+            {"ceiling_speedup", figure_json(result.ceiling_speedup)},
             {"notes", result.notes}};
 }
 
 Json method_facts(const WalkResult& result) {
     Json methods = Json::array();
     for (const WalkMethod& method : result.methods)
-        methods.push_back(
-            {{"name", method.name},
-             {"guarantee", to_string(method.guarantee)},
-             {"cull_ms", {{"median", number(method.cull_ms_median)}, {"p99", number(method.cull_ms_p99)}}},
-             {"draw_ms", {{"median", number(method.draw_ms_median)}}},
-             {"frame_ms", {{"median", number(method.frame_ms_median)}}},
-             {"objects_reported", method.objects_reported},
-             {"triangles_drawn", method.triangles_drawn},
-             {"culled_of_frustum", method.culled_of_frustum},
-             {"false_visible_objects", method.false_visible_objects},
-             {"false_invisible_objects", method.false_invisible_objects},
-             {"false_invisible_pixels", method.false_invisible_pixels},
-             {"speedup_over_frustum", number(method.speedup_over_frustum)}});
+        methods.push_back(method_json(method, result));
     return methods;
 }
 
