@@ -2,10 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
+#include <unistd.h>
+
+namespace {
+
+// Files are mapped, not copied. One that another program cuts short meanwhile can only be met here, where it is too late
+// to do more than to say so.
+extern "C" void on_lost_bytes(int) {
+    static constexpr char words[] =
+        "antumbra: a file was made shorter by another program while it was read; nothing was written, try again\n";
+    [[maybe_unused]] ssize_t done = ::write(STDERR_FILENO, words, sizeof words - 1);
+    ::_exit(1);
+}
+
+} // namespace
+
 int main(int argc, char** argv) {
     using namespace antumbra::app;
     CLI::App app("Antumbra: what can be seen from here?", "antumbra");
     app.require_subcommand(1);
+    std::signal(SIGBUS, on_lost_bytes);
     app.set_version_flag("--version", ANTUMBRA_VERSION);
     app.failure_message([](const CLI::App*, const CLI::Error& error) {
         return fmt::format("antumbra: {}; see --help\n", error.what());

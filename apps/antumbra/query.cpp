@@ -1,8 +1,6 @@
 #include "command.hpp"
 
-#include "base/file.hpp"
-
-#include <antumbra/pvs.hpp>
+#include <antumbra/evaluate.hpp>
 
 #include <fmt/format.h>
 
@@ -69,10 +67,15 @@ const char* why_everything(const Pvs& pvs, const PvsCursor& cursor) {
                : "the eye's cell was not baked, so everything is visible";
 }
 
-/// A union over several cells, or bounds in place of geometry, is never exact.
-Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor) {
-    bool is_loose = cursor.everything || (cursor.cell == -3 && pvs.guarantee() == Guarantee::exact);
-    return is_loose ? Guarantee::conservative : pvs.guarantee();
+/// What the answer is, which may be less than what the file is. All objects at once is always conservative. A union over
+/// cells that the viewpoints only touch, or bounds in the frustum in place of geometry, lists too much: what was exact
+/// is conservative then, and what missed some visible objects (aggressive) is neither, so approximate.
+Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor, bool in_frustum) {
+    if (cursor.everything)
+        return Guarantee::conservative;
+    if (!in_frustum && cursor.cell != -3)
+        return pvs.guarantee();
+    return may_lose_pixels(pvs.guarantee()) ? Guarantee::approximate : Guarantee::conservative;
 }
 
 void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, bool json) {
@@ -103,26 +106,24 @@ int run_query(const QueryArguments& arguments) {
     Result<Vec3d> eye = parse_vec3(arguments.eye, "--eye");
     if (!eye)
         return fail(eye.status());
-    Result<MappedFile> file = MappedFile::open(arguments.file);
-    if (!file)
-        return fail(file.status());
-    Result<Pvs> pvs = Pvs::open(file->bytes());
-    if (!pvs)
-        return fail(pvs.status().in(arguments.file));
+    Result<PvsFile> opened = open_pvs(arguments.file);
+    if (!opened)
+        return fail(opened.status());
+    const Pvs& pvs = opened->pvs;
     Result<ViewRange> range = range_of(arguments, *eye);
     if (!range)
         return fail(range.status());
     PvsCursor cursor;
     if (range->all_directions && arguments.radius == 0)
-        (void)pvs->query(*eye, cursor);
+        (void)pvs.query(*eye, cursor);
     else
-        (void)pvs->query_range(*range, cursor);
-    if (const char* reason = why_everything(*pvs, cursor))
+        (void)pvs.query_range(*range, cursor);
+    if (const char* reason = why_everything(pvs, cursor))
         note(reason);
-    Guarantee guarantee = guarantee_of(*pvs, cursor);
+    Guarantee guarantee = guarantee_of(pvs, cursor, !range->all_directions);
     if (cursor.cell == -3) // the cell of the eye itself, where cells are a grid
-        cursor.cell = pvs->grid().find(*eye);
-    print_answer(*pvs, cursor, guarantee, arguments.common.json);
+        cursor.cell = pvs.grid().find(*eye);
+    print_answer(pvs, cursor, guarantee, arguments.common.json);
     return 0;
 }
 

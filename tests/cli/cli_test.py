@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 """The command line as a script meets it: exit codes, messages, JSON keys, files; then every real scene, if there.
 
-usage: cli_test.py ANTUMBRA SOURCE_DIR
+usage: cli_test.py ANTUMBRA SOURCE_DIR [TEST..]
 """
+import http.client
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import urllib.request
 
 ANTUMBRA = sys.argv[1]
 SOURCE = pathlib.Path(sys.argv[2])
@@ -246,6 +249,35 @@ class Commands(unittest.TestCase):
         self.assertEqual(outside["count"], 159)
         self.assertIn("note", err)
 
+    def test_a_query_says_what_its_answer_is(self):
+        def answer(*more):
+            return run_json("query", self.pvs, "--eye", "2,1.5,2", *more)["guarantee"]
+
+        self.assertEqual(answer(), "aggressive")
+        self.assertEqual(answer("--dir", "1,0,0"), "approximate")  # also lists what is seen, but not in that frustum
+        self.assertEqual(answer("--radius", "0.8"), "approximate")  # and from cells that the viewpoints only touch
+        self.assertEqual(run_json("query", self.pvs, "--eye", "100,0,0")["guarantee"], "conservative")
+
+    def test_a_file_cut_short_while_it_is_used_is_one_clear_error(self):
+        if "view" not in run("--help")[0].split():
+            self.skipTest("built without the viewer")
+        path = os.path.join(self.folder.name, "cut.pvs")
+        shutil.copyfile(self.pvs, path)
+        server = subprocess.Popen([ANTUMBRA, "view", self.scene, path, "--no-open", "--json", "--port", "0"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            text = ""
+            while not text.endswith("}\n"):
+                text += server.stdout.readline()
+            os.truncate(path, 0)
+            with self.assertRaises((OSError, http.client.HTTPException)):
+                urllib.request.urlopen(json.loads(text)["url"] + "api/explain?object=3&eye=2,1.5,2", timeout=60).read()
+            _, errors = server.communicate(timeout=60)
+        finally:
+            server.kill()
+        self.assertEqual(server.returncode, 1)
+        self.assertIn("antumbra: a file was made shorter", errors)
+
     def test_verify_keys_and_another_scene_is_refused(self):
         keys = {"viewpoints", "pixels", "false_invisible_objects", "false_invisible_pixels", "false_visible_objects", "worst"}
         result = run_json("verify", self.scene, self.pvs, "--samples", 4)
@@ -333,4 +365,4 @@ class RealScenes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
