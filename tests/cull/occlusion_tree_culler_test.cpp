@@ -1,25 +1,11 @@
 // Laws of the methods with occlusion trees. That they lose nothing is for occlusion_proof_test and safety_test.
 #include "cull/proof.hpp"
-
-#include <cstdlib>
-#include <new>
-
-namespace {
-thread_local std::uint64_t allocations = 0;
-} // namespace
-
-void* operator new(std::size_t size) {
-    ++allocations;
-    if (void* memory = std::malloc(size ? size : 1))
-        return memory;
-    throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "support/count_allocations.hpp"
 
 namespace antumbra {
 namespace {
 
+using test::allocations;
 using test::Stage;
 
 Stage soup(std::uint64_t seed, int objects = 80) {

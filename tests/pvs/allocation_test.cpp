@@ -1,26 +1,13 @@
 // Queries do not allocate after the first one.
 #include "pvs/random_pvs.hpp"
+#include "support/count_allocations.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
-namespace {
-thread_local std::uint64_t allocations = 0;
-} // namespace
-
-void* operator new(std::size_t size) {
-    ++allocations;
-    if (void* memory = std::malloc(size ? size : 1))
-        return memory;
-    throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-
 namespace antumbra {
 namespace {
+
+using test::allocations;
 
 TEST(PvsAllocation, QueriesDoNotAllocateAfterTheFirst) {
     PvsData data = test::random_pvs(3, 3000);
