@@ -33,7 +33,7 @@ antumbra::PvsData data_of_the_c_test() {
     data.guarantee = antumbra::Guarantee::exact;
     data.method = "exact";
     data.tool_version = "0.1";
-    data.options_json = "{}";
+    data.options_json = std::string("{}");
     data.scene_fingerprint = {0xAB};
     data.scene_fingerprint[15] = 0xCD;
     data.structure_fingerprint = 0x0123456789ABCDEFu;

@@ -19,7 +19,7 @@ struct TwoCells {
         PvsData data;
         data.guarantee = guarantee;
         data.method = "test";
-        data.options_json = "{}";
+        data.options_json = std::string("{}");
         data.grid.bounds = {{0, 0, 0}, {20, 10, 10}};
         data.grid.count = {2, 1, 1};
         data.cell_row = {0, second_row};
