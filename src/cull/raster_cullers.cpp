@@ -11,25 +11,28 @@ namespace antumbra {
 namespace {
 
 struct Kernels {
-    BoxKernel boxes = nullptr;
+    WalkKernels walk;
     DrawPatch draw = nullptr;
     IsHidden hidden = nullptr;
-    bool complete() const { return boxes && draw && hidden; }
+    bool complete() const { return walk.boxes && walk.project && draw && hidden; }
 };
 
 Kernels kernels_for(InstructionSet set) {
-    Kernels kernels{box_kernel(set), nullptr, nullptr};
+    Kernels kernels{{box_kernel(set), nullptr}, nullptr, nullptr};
     if (set == InstructionSet::avx512 || set == InstructionSet::automatic) {
         kernels.draw = draw_patch_avx512();
         kernels.hidden = is_hidden_avx512();
+        kernels.walk.project = project_eight_avx512();
     }
     if (set == InstructionSet::avx2 || (set == InstructionSet::automatic && !kernels.draw)) {
         kernels.draw = draw_patch_avx2();
         kernels.hidden = is_hidden_avx2();
+        kernels.walk.project = project_eight_avx2();
     }
     if (set == InstructionSet::scalar || (set == InstructionSet::automatic && !kernels.draw)) {
         kernels.draw = draw_patch_scalar;
         kernels.hidden = is_hidden_scalar;
+        kernels.walk.project = project_eight_scalar;
     }
     return kernels;
 }
@@ -41,12 +44,17 @@ double extent_of(const CullScene::Data& scene) {
     return length(high - low) + std::max(length(low), length(high));
 }
 
+struct ReportedObject {
+    std::uint32_t object;
+    PackedPlace place;
+};
+
 /// What both methods keep per view.
 struct RasterState : ViewState::Storage {
     std::vector<WalkEntry> stack;
     PatchCoverage coverage;
     int width = 0, height = 0;
-    std::vector<std::uint32_t> reported;
+    std::vector<ReportedObject> reported;
 
     void fit(const Screen& screen, const CullScene::Data& scene) {
         if (width == screen.width && height == screen.height)
@@ -134,14 +142,10 @@ class RasterCuller : public Culler {
     }
 
     /// Large enough on the screen for the number of its polygons.
-    bool is_worth_drawing(std::uint32_t patch, const Screen& screen, float factor) const {
-        const ScenePatches& patches = scene_.data().patches;
-        BoxOnScreen box = project_box(screen, patches.boxes[patch]);
-        if (!box.testable)
-            return true;
-        float width = std::min(box.max_x, float(screen.width)) - std::max(box.min_x, 0.0f);
-        float height = std::min(box.max_y, float(screen.height)) - std::max(box.min_y, 0.0f);
-        return width * height >= factor * options_.pixels_per_polygon * float(patches.store.patches[patch].polygon_count);
+    bool is_worth_drawing(std::uint32_t patch, const PackedPlace& place, float factor) const {
+        PixelRect rect = place.rect();
+        float polygons = float(scene_.data().patches.store.patches[patch].polygon_count);
+        return rect.empty() || float(rect.area()) >= factor * options_.pixels_per_polygon * polygons;
     }
 
     CullScene scene_;
@@ -164,16 +168,15 @@ class Masked final : public RasterCuller {
         MaskedState& state;
         CullResult& result;
 
-        bool hidden(const Box3f& box) const {
-            BoxOnScreen place = project_box(screen, box);
-            if (!culler.kernels_.hidden(state.buffer, screen, place))
+        bool hidden(const PackedPlace& place) const {
+            if (!culler.kernels_.hidden(state.buffer, place.rect(), place.nearness))
                 return false;
-            state.buffer.for_owners(place, [&](std::uint32_t patch) { state.hid[patch] = state.frame; });
+            state.buffer.for_owners(place.rect(), [&](std::uint32_t patch) { state.hid[patch] = state.frame; });
             return true;
         }
-        void object(std::uint32_t object, const Box3f&) {
+        void object(std::uint32_t object, const PackedPlace& place) {
             mark_visible(result, object);
-            state.reported.push_back(object);
+            state.reported.push_back({object, place});
         }
         /// Cheap and rough: the area of the patch's box over its squared distance.
         bool wants_patch(std::uint32_t patch, float squared_distance) const {
@@ -183,9 +186,9 @@ class Masked final : public RasterCuller {
             float pixels = patches.area[patch] * float(screen.scale_x * screen.scale_y);
             return pixels >= culler.options_.pixels_per_polygon * squared_distance;
         }
-        void patch(std::uint32_t patch) {
+        void patch(std::uint32_t patch, const PackedPlace& place) {
             bool paid = state.has_paid(patch);
-            if (!culler.is_worth_drawing(patch, screen, paid ? 1 : kTrialWorth) ||
+            if (!culler.is_worth_drawing(patch, place, paid ? 1 : kTrialWorth) ||
                 !(paid || state.is_worth_a_try(patch)) || !culler.draw(patch, screen, start, state, result.counters))
                 return;
             state.buffer.merge(state.coverage, patch);
@@ -200,10 +203,10 @@ class Masked final : public RasterCuller {
         state.reported.clear();
         state.begin_frame(scene_.data().patches.boxes.size());
         Visitor visitor{*this, screen, near_box(camera), state, result};
-        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, result.counters, visitor);
+        walk_front_to_back(scene_.data(), screen, kernels_.walk, state.stack, result.counters, visitor);
         // The walk is only nearly front to back: occluders that came late may hide what was reported early.
-        for (std::uint32_t object : state.reported)
-            if (visitor.hidden(scene_.data().bounds[object])) {
+        for (auto [object, place] : state.reported)
+            if (visitor.hidden(place)) {
                 result.visible[object / 64] &= ~(std::uint64_t(1) << (object % 64));
                 ++result.counters.hidden_by_raster;
             }
@@ -220,12 +223,11 @@ class Hzb final : public RasterCuller {
 
   private:
     struct Visitor {
-        const Screen& screen;
         const DepthPyramid& pyramid;
         CullResult& result;
-        bool hidden(const Box3f& box) const { return pyramid.is_hidden(screen, project_box(screen, box)); }
-        void object(std::uint32_t object, const Box3f&) { mark_visible(result, object); }
-        void patch(std::uint32_t) {}
+        bool hidden(const PackedPlace& place) const { return pyramid.is_hidden(place.rect(), place.nearness); }
+        void object(std::uint32_t object, const PackedPlace&) { mark_visible(result, object); }
+        void patch(std::uint32_t, const PackedPlace&) {}
         bool wants_patch(std::uint32_t, float) const { return false; }
     };
 
@@ -233,7 +235,7 @@ class Hzb final : public RasterCuller {
         auto& state = view_state.storage<HzbState>(serial_);
         state.fit(screen, scene_.data());
         state.pyramid.reset(screen);
-        choose(camera, screen, state, result.counters);
+        choose(screen, state, result.counters);
         Box3d start = near_box(camera);
         for (auto [size, patch] : state.nearest) {
             if (!draw(patch, screen, start, state, result.counters))
@@ -242,16 +244,16 @@ class Hzb final : public RasterCuller {
             state.coverage.clear(screen);
         }
         state.pyramid.build();
-        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, result.counters,
-                           Visitor{screen, state.pyramid, result});
+        walk_front_to_back(scene_.data(), screen, kernels_.walk, state.stack, result.counters,
+                           Visitor{state.pyramid, result});
     }
 
     /// Patches in view that promise enough, those that promise most first: pixels (roughly: the area over the squared
     /// distance) for each polygon.
-    void choose(const Camera& camera, const Screen& screen, HzbState& state, CullCounters& counters) const {
+    void choose(const Screen& screen, HzbState& state, CullCounters& counters) const {
         state.nearest.clear();
         CullCounters walk_counters;
-        walk_front_to_back(scene_.data(), camera, kernels_.boxes, state.stack, walk_counters,
+        walk_front_to_back(scene_.data(), screen, kernels_.walk, state.stack, walk_counters,
                            Chooser{*this, screen, state});
         counters.boxes_tested += walk_counters.boxes_tested;
         std::sort(state.nearest.begin(), state.nearest.end());
@@ -261,9 +263,9 @@ class Hzb final : public RasterCuller {
         const Hzb& culler;
         const Screen& screen;
         HzbState& state;
-        bool hidden(const Box3f&) const { return false; }
-        void object(std::uint32_t, const Box3f&) {}
-        void patch(std::uint32_t) {}
+        bool hidden(const PackedPlace&) const { return false; }
+        void object(std::uint32_t, const PackedPlace&) {}
+        void patch(std::uint32_t, const PackedPlace&) {}
         bool wants_patch(std::uint32_t patch, float squared_distance) const {
             float pixels = culler.scene_.data().patches.area[patch] * float(screen.scale_x * screen.scale_y);
             if (!screen.camera.orthographic)

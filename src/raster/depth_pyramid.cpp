@@ -25,26 +25,33 @@ void DepthPyramid::reset(const Screen& screen) {
 }
 
 void DepthPyramid::merge(const PatchCoverage& coverage) {
-    Level& pixels = levels[0];
-    int tiles_x = pixels.width / kTile;
-    for (int ty = coverage.touched.y0; ty < coverage.touched.y1; ++ty)
-        for (int tx = coverage.touched.x0; tx < coverage.touched.x1; ++tx) {
-            float nearness = coverage.nearness[static_cast<std::size_t>(ty * tiles_x + tx)];
-            if (nearness == std::numeric_limits<float>::infinity())
+    const TileRect& rect = coverage.touched;
+    std::uint64_t bits[kTile];
+    for (int ty = rect.y0; ty < rect.y1; ++ty)
+        for (int block = rect.x0 / kTile; block * kTile < rect.x1; ++block) {
+            if (!coverage.tiles(block, ty, bits))
                 continue;
-            std::uint64_t mask = coverage.tile(tx, ty);
-            float* row = pixels.nearness.data() + ty * kTile * pixels.width + tx * kTile;
-            for (; mask; mask >>= 8, row += pixels.width) {
-                if ((mask & 255) == 255)
-                    for (int x = 0; x < kTile; ++x)
-                        row[x] = row[x] < nearness ? nearness : row[x];
-                else
-                    for (std::uint64_t bits = mask & 255; bits; bits &= bits - 1) {
-                        float& pixel = row[std::countr_zero(bits)];
-                        pixel = pixel < nearness ? nearness : pixel;
-                    }
-            }
+            for (int tx = 0; tx < kTile; ++tx)
+                if (bits[tx])
+                    raise(block * kTile + tx, ty, bits[tx], coverage.nearness[coverage.tile_of(block * kTile + tx, ty)]);
         }
+}
+
+void DepthPyramid::raise(int tile_x, int tile_y, std::uint64_t mask, float nearness) {
+    if (nearness == std::numeric_limits<float>::infinity())
+        return;
+    Level& pixels = levels[0];
+    float* row = pixels.nearness.data() + tile_y * kTile * pixels.width + tile_x * kTile;
+    for (; mask; mask >>= 8, row += pixels.width) {
+        if ((mask & 255) == 255)
+            for (int x = 0; x < kTile; ++x)
+                row[x] = row[x] < nearness ? nearness : row[x];
+        else
+            for (std::uint64_t bits = mask & 255; bits; bits &= bits - 1) {
+                float& pixel = row[std::countr_zero(bits)];
+                pixel = pixel < nearness ? nearness : pixel;
+            }
+    }
 }
 
 void DepthPyramid::build() {
@@ -64,22 +71,16 @@ void DepthPyramid::build() {
     }
 }
 
-bool DepthPyramid::is_hidden(const Screen& screen, const BoxOnScreen& box) const {
-    float width = float(screen.width), height = float(screen.height);
-    if (!box.testable || !(box.max_x >= 0 && box.max_y >= 0 && box.min_x <= width && box.min_y <= height))
+bool DepthPyramid::is_hidden(const PixelRect& rect, float nearness) const {
+    if (rect.empty())
         return false;
-    auto pixel = [](float value, int most) {
-        return std::clamp(static_cast<int>(std::clamp(value, 0.0f, float(most))), 0, most - 1);
-    };
-    int x0 = pixel(box.min_x, screen.width), x1 = pixel(box.max_x, screen.width);
-    int y0 = pixel(box.min_y, screen.height), y1 = pixel(box.max_y, screen.height);
     std::size_t l = 0;
-    while (l + 1 < levels.size() && std::max((x1 >> l) - (x0 >> l), (y1 >> l) - (y0 >> l)) > 3)
+    while (l + 1 < levels.size() && std::max((rect.x1 >> l) - (rect.x0 >> l), (rect.y1 >> l) - (rect.y0 >> l)) > 3)
         ++l;
     const Level& level = levels[l];
-    for (int y = y0 >> l; y <= y1 >> l; ++y)
-        for (int x = x0 >> l; x <= x1 >> l; ++x)
-            if (!(level.nearness[static_cast<std::size_t>(y * level.width + x)] > box.nearness))
+    for (int y = rect.y0 >> l; y <= rect.y1 >> l; ++y)
+        for (int x = rect.x0 >> l; x <= rect.x1 >> l; ++x)
+            if (!(level.nearness[static_cast<std::size_t>(y * level.width + x)] > nearness))
                 return false;
     return true;
 }

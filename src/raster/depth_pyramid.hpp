@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raster/patch_raster.hpp"
+#include "raster/pixel_rect.hpp"
 
 namespace antumbra {
 
@@ -19,7 +20,11 @@ struct DepthPyramid {
     /// Fills the levels above 0: after merging, before asking.
     void build();
     /// As is_hidden of tile_buffer.hpp: the level on which the box's rectangle spans at most four texels a side.
-    bool is_hidden(const Screen& screen, const BoxOnScreen& box) const;
+    bool is_hidden(const PixelRect& rect, float nearness) const;
+
+  private:
+    /// Raises the pixels of a tile that `mask` names to `nearness`.
+    void raise(int tile_x, int tile_y, std::uint64_t mask, float nearness);
 };
 
 } // namespace antumbra

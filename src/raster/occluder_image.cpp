@@ -12,30 +12,6 @@ namespace {
 constexpr float kOpen = -std::numeric_limits<float>::infinity();
 constexpr float kNoMember = std::numeric_limits<float>::infinity();
 
-/// nearness = at_zero + along_x * x + along_y * y over the screen, from the plane of a polygon.
-struct NearnessPlane {
-    double at_zero, along_x, along_y, slack;
-};
-
-ANTUMBRA_INLINE NearnessPlane plane_of(const PatchPolygon& polygon, const Screen& screen) {
-    const Camera& camera = screen.camera;
-    double nx = dot(polygon.normal, camera.right), ny = dot(polygon.normal, camera.up);
-    double nz = dot(polygon.normal, camera.forward);
-    double c = -(dot(polygon.normal, camera.eye) + polygon.offset);
-    NearnessPlane plane;
-    if (camera.orthographic) // - z = (nx x + ny y - c) / nz
-        plane = {-c / nz, nx / nz / screen.scale_x, ny / nz / screen.scale_y, 0};
-    else // 1 / z = (nx x/z + ny y/z + nz) / c
-        plane = {nz / c, nx / c / screen.scale_x, ny / c / screen.scale_y, 0};
-    plane.at_zero -= plane.along_x * screen.centre_x + plane.along_y * screen.centre_y;
-    // Padding for what follows in floats: a handful of roundings of 2^-24 each.
-    plane.slack = 1e-6 * (std::abs(plane.at_zero) + std::abs(plane.along_x) * screen.width +
-                          std::abs(plane.along_y) * screen.height);
-    if (camera.orthographic) // c may be a small difference of large numbers
-        plane.slack += 1e-12 * (std::abs(polygon.offset) + screen.orthographic_slack) / std::abs(nz);
-    return plane;
-}
-
 struct PixelRows {
     int first, last; ///< half open
 };
@@ -146,16 +122,16 @@ ANTUMBRA_INLINE void merge(OccluderBrush& brush, const TileRect& touched, Occlud
         return;
     int first = touched.x0 >> 6, last = (touched.x1 - 1) >> 6;
     for (int row = touched.y0; row < touched.y1; ++row) {
-        std::uint64_t* covered = brush.coverage.covered.data() + row * image.words;
-        std::uint64_t* silhouette = brush.coverage.silhouette.data() + row * image.words;
+        std::uint64_t* covered = brush.coverage.covered.data() + brush.coverage.word_of(0, row);
+        std::uint64_t* silhouette = brush.coverage.silhouette.data() + brush.coverage.word_of(0, row);
         float* from = brush.nearness.data() + row * image.stride;
         float* to = image.nearness.data() + row * image.stride;
         std::uint64_t any = 0;
         for (int word = first; word <= last; ++word) {
-            std::uint64_t rest = covered[word] & ~silhouette[word];
+            std::uint64_t rest = covered[word * kTile] & ~silhouette[word * kTile];
             image.bits[static_cast<std::size_t>(row * image.words + word)] |= rest;
             any |= rest;
-            covered[word] = silhouette[word] = 0;
+            covered[word * kTile] = silhouette[word * kTile] = 0;
             while (rest) { // run by run
                 int begin = std::countr_zero(rest);
                 int end = begin + std::countr_one(rest >> begin);
@@ -170,7 +146,8 @@ ANTUMBRA_INLINE void merge(OccluderBrush& brush, const TileRect& touched, Occlud
 }
 
 ANTUMBRA_INLINE void draw_inner(const PatchPolygon& polygon, const Screen& screen, OccluderBrush& brush,
-                                const EdgeLoop& loop, int stride, TileRect& touched) {
+                                EdgeLoop& loop, int stride, TileRect& touched) {
+    find_edges(loop);
     PixelRows rows = rows_of(screen, loop);
     if (rows.first >= rows.last || misses_columns(screen, loop))
         return;
@@ -178,40 +155,49 @@ ANTUMBRA_INLINE void draw_inner(const PatchPolygon& polygon, const Screen& scree
     PixelRows centres = centre_rows(screen, loop);
     if (centres.first < centres.last)
         fill_centres(screen, brush.coverage, loop, centres.first, centres.last);
-    for (int i = 0; i < loop.count; ++i) {
-        int j = i + 1 == loop.count ? 0 : i + 1;
+    for (int i = 0; i < loop.count; ++i)
         if (loop.silhouette[i])
-            mark_silhouette(screen, brush.coverage, loop.x[i], loop.y[i], loop.x[j], loop.y[j]);
-    }
+            mark_silhouette(screen, brush.coverage, loop, i);
     // Edges reach a little farther than what they bound.
     touched.x0 = clamp_int(touched.x0 - 1, 0, screen.width);
     touched.x1 = clamp_int(touched.x1 + 1, 0, screen.width);
 }
 
+/// Columns begin .. end - 1 of those of a word, wherever they are.
+ANTUMBRA_INLINE std::uint64_t columns_of_word(int begin, int end) {
+    auto from = [](int n) { return n > 63 ? 0 : ~std::uint64_t(0) << clamp_int(n, 0, 63); };
+    return from(begin) & ~from(end);
+}
+
 ANTUMBRA_INLINE void draw_centres(const PatchPolygon& polygon, const Screen& screen, OccluderBrush& brush,
-                                  const EdgeLoop& loop, OccluderImage& image) {
+                                  EdgeLoop& loop, OccluderImage& image) {
     PixelRows rows = centre_rows(screen, loop);
     if (rows.first >= rows.last || misses_columns(screen, loop))
         return;
-    fill_centres(screen, brush.coverage, loop, rows.first, rows.last);
+    find_edges(loop);
+    for (int strip = rows.first / kTile; strip * kTile < rows.last; ++strip) {
+        RowSpans spans = find_centres(screen, loop, strip);
+        store(brush.coverage.begin.data() + strip * kTile, spans.begin);
+        store(brush.coverage.end.data() + strip * kTile, spans.end);
+    }
     NearnessPlane plane = plane_of(polygon, screen);
     auto least = static_cast<float>(loop.least_nearness), along = static_cast<float>(plane.along_x);
     for (int row = rows.first; row < rows.last; ++row) {
         int begin = brush.coverage.begin[static_cast<std::size_t>(row)];
         int end = brush.coverage.end[static_cast<std::size_t>(row)];
-        if (begin > end)
+        if (begin >= end)
             continue;
         auto base = static_cast<float>(plane.at_zero + plane.along_x * 0.5 + plane.along_y * (row + 0.5));
         float* pixels = image.nearness.data() + row * image.stride;
-        for (int x = begin; x <= end; ++x) {
+        for (int x = begin; x < end; ++x) {
             float value = base + along * float(x);
             value = value > least ? value : least;
             pixels[x] = value > pixels[x] ? value : pixels[x];
         }
-        set_bits(image.bits.data() + row * image.words, begin, end);
+        for (int word = begin >> 6; word * 64 < end; ++word)
+            image.bits[static_cast<std::size_t>(row * image.words + word)] |=
+                columns_of_word(begin - word * 64, end - word * 64);
         image.row_used[static_cast<std::size_t>(row)] = 1;
-        for (int word = begin >> 6; word <= end >> 6; ++word)
-            brush.coverage.covered[static_cast<std::size_t>(row * image.words + word)] = 0;
     }
 }
 
@@ -227,11 +213,11 @@ ANTUMBRA_INLINE std::uint32_t draw_occluder_body(const PatchStore& store, std::u
     }
     if (members == 0)
         return 0;
-    transform(store, patch, screen, work);
+    const bool may_clip = transform(store, patch, screen, work);
     TileRect touched{screen.width, screen.height, 0, 0};
     EdgeLoop loop;
     for (std::uint32_t p = 0; p < patch.polygon_count; ++p) {
-        if (work.side[p] == 0 || !make_loop(store, polygons[p], screen, work, work.side[p], loop))
+        if (work.side[p] == 0 || !make_loop(store, polygons[p], screen, work, work.side[p], may_clip, loop))
             continue;
         if (kind == PixelCoverage::centre)
             draw_centres(polygons[p], screen, brush, loop, image);

@@ -11,20 +11,7 @@ void draw_patch_scalar(const PatchStore& store, std::uint32_t patch, const Scree
     draw_patch_body(store, patch, screen, coverage);
 }
 
-#if ANTUMBRA_X86_KERNELS
-namespace {
-ANTUMBRA_TARGET_AVX2 void draw_avx2(const PatchStore& store, std::uint32_t patch, const Screen& screen,
-                                    PatchCoverage& coverage) {
-    draw_patch_body(store, patch, screen, coverage);
-}
-ANTUMBRA_TARGET_AVX512 void draw_avx512(const PatchStore& store, std::uint32_t patch, const Screen& screen,
-                                        PatchCoverage& coverage) {
-    draw_patch_body(store, patch, screen, coverage);
-}
-} // namespace
-DrawPatch draw_patch_avx2() { return cpu_has_avx2() ? draw_avx2 : nullptr; }
-DrawPatch draw_patch_avx512() { return cpu_has_avx512() ? draw_avx512 : nullptr; }
-#else
+#if !ANTUMBRA_X86_KERNELS
 DrawPatch draw_patch_avx2() { return nullptr; }
 DrawPatch draw_patch_avx512() { return nullptr; }
 #endif
@@ -32,10 +19,9 @@ DrawPatch draw_patch_avx512() { return nullptr; }
 void PatchCoverage::fit(const Screen& screen, const PatchStore& store) {
     words = (screen.width + 63) / 64;
     auto bits = static_cast<std::size_t>(words) * static_cast<std::size_t>(screen.height);
-    auto tiles = static_cast<std::size_t>(screen.tiles_x) * static_cast<std::size_t>(screen.tiles_y);
     covered.assign(bits, 0);
     silhouette.assign(bits, 0);
-    nearness.assign(tiles, std::numeric_limits<float>::infinity());
+    nearness.assign(static_cast<std::size_t>(words * kTile * screen.tiles_y), std::numeric_limits<float>::infinity());
     left.resize(static_cast<std::size_t>(screen.height));
     right.resize(static_cast<std::size_t>(screen.height));
     begin.resize(static_cast<std::size_t>(screen.height));
@@ -47,27 +33,50 @@ void PatchCoverage::fit(const Screen& screen, const PatchStore& store) {
     side.resize(store.most_polygons);
 }
 
-std::uint64_t PatchCoverage::tile(int tile_x, int tile_y) const {
-    std::uint64_t mask = 0;
-    std::size_t word = static_cast<std::size_t>(tile_x / 8);
-    for (std::size_t row = 0; row < kTile; ++row) {
-        std::size_t at = (static_cast<std::size_t>(tile_y) * kTile + row) * static_cast<std::size_t>(words) + word;
-        std::uint64_t bits = covered[at] & ~silhouette[at];
-        mask |= (bits >> (8 * (tile_x % 8)) & 0xFF) << (8 * row);
-    }
-    return mask;
+namespace {
+
+/// Swaps the bits of `high` that `mask` names, shifted, with those of `low`.
+inline void swap_bits(std::uint64_t& low, std::uint64_t& high, int shift, std::uint64_t mask) {
+    std::uint64_t differing = (low >> shift ^ high) & mask;
+    high ^= differing;
+    low ^= differing << shift;
 }
 
-void PatchCoverage::clear(const Screen& screen) {
+/// Byte j of word i becomes byte i of word j.
+inline void transpose_bytes(std::uint64_t (&w)[kTile]) {
+    for (int i = 0; i < 4; ++i)
+        swap_bits(w[i], w[i + 4], 32, 0x00000000FFFFFFFFull);
+    for (int i : {0, 1, 4, 5})
+        swap_bits(w[i], w[i + 2], 16, 0x0000FFFF0000FFFFull);
+    for (int i : {0, 2, 4, 6})
+        swap_bits(w[i], w[i + 1], 8, 0x00FF00FF00FF00FFull);
+}
+
+} // namespace
+
+bool PatchCoverage::tiles(int block_x, int tile_y, std::uint64_t (&bits)[kTile]) const {
+    const std::uint64_t* cover = covered.data() + (tile_y * words + block_x) * kTile;
+    const std::uint64_t* edges = silhouette.data() + (tile_y * words + block_x) * kTile;
+    std::uint64_t any = 0;
+    for (int row = 0; row < kTile; ++row) {
+        bits[row] = cover[row] & ~edges[row];
+        any |= bits[row];
+    }
+    if (any == 0)
+        return false;
+    transpose_bytes(bits);
+    return true;
+}
+
+void PatchCoverage::clear(const Screen&) {
     if (touched.empty())
         return;
-    for (int ty = touched.y0; ty < touched.y1; ++ty)
-        std::fill_n(nearness.begin() + ty * screen.tiles_x + touched.x0, touched.x1 - touched.x0,
-                    std::numeric_limits<float>::infinity());
-    int first = touched.x0 / 8, count = (touched.x1 + 7) / 8 - first;
-    for (int row = touched.y0 * kTile; row < touched.y1 * kTile; ++row) {
-        std::fill_n(covered.begin() + row * words + first, count, 0);
-        std::fill_n(silhouette.begin() + row * words + first, count, 0);
+    const int first = touched.x0 / kTile, count = (touched.x1 + kTile - 1) / kTile - first;
+    for (int ty = touched.y0; ty < touched.y1; ++ty) {
+        const std::ptrdiff_t at = (ty * words + first) * kTile;
+        std::fill_n(nearness.begin() + at, count * kTile, std::numeric_limits<float>::infinity());
+        std::fill_n(covered.begin() + at, count * kTile, 0);
+        std::fill_n(silhouette.begin() + at, count * kTile, 0);
     }
 }
 

@@ -27,10 +27,11 @@ struct TileRect {
 
 /// One patch at a time: what draw_patch() leaves. Sized once per (screen, store).
 struct PatchCoverage {
-    /// One bit per pixel, rows of words: pixel (x, y) is bit x % 64 of word y * words + x / 64.
+    /// One bit per pixel, in blocks of eight rows by 64 columns: see word_of().
     std::vector<std::uint64_t> covered, silhouette;
-    std::vector<float> nearness; ///< per tile: farthest of the members near it; +infinity where there is none
-    int words = 0;               ///< per row
+    /// Per tile, rows of words * 8: farthest of the members near it; +infinity where there is none.
+    std::vector<float> nearness;
+    int words = 0;               ///< per row of pixels
     TileRect touched;            ///< the only tiles with anything in them
     std::uint32_t polygons = 0;  ///< members that were drawn
     // Working memory.
@@ -41,8 +42,16 @@ struct PatchCoverage {
     std::vector<signed char> side;
 
     void fit(const Screen& screen, const PatchStore& store);
-    /// Bits of the tile: bit (x % 8) + 8 * (y % 8). Covered and clear of silhouettes.
-    std::uint64_t tile(int tile_x, int tile_y) const;
+    /// Pixel (x, y) is bit x % 64 of this word of `covered` and `silhouette`.
+    std::size_t word_of(int x, int y) const {
+        return static_cast<std::size_t>((y / kTile * words + x / 64) * kTile + y % kTile);
+    }
+    std::size_t tile_of(int tile_x, int tile_y) const {
+        return static_cast<std::size_t>(tile_y * words * kTile + tile_x);
+    }
+    /// Bits of the eight tiles of a block of 64 columns: bit (x % 8) + 8 * (y % 8) of tile x / 8 % 8. Covered and clear of
+    /// silhouettes. False if none is.
+    bool tiles(int block_x, int tile_y, std::uint64_t (&bits)[kTile]) const;
     /// Empties the touched tiles.
     void clear(const Screen& screen);
 };

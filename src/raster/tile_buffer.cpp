@@ -57,51 +57,26 @@ bool merge_tile(float& whole, float& part, std::uint64_t& mask, std::uint64_t co
     return true;
 }
 
-struct PixelRect {
-    int x0, y0, x1, y1; ///< inclusive
-};
-
-__attribute__((always_inline)) inline bool pixels_of(const Screen& screen, const BoxOnScreen& box, PixelRect& rect) {
-    // Closed rectangle: a box that touches a pixel's border counts for both pixels.
-    float width = float(screen.width), height = float(screen.height);
-    if (!(box.max_x >= 0 && box.max_y >= 0 && box.min_x <= width && box.min_y <= height))
-        return false;
-    auto column = [](float value, int most) {
-        return std::clamp(static_cast<int>(std::clamp(value, 0.0f, float(most))), 0, most - 1);
-    };
-    rect = {column(box.min_x, screen.width), column(box.min_y, screen.height), column(box.max_x, screen.width),
-            column(box.max_y, screen.height)};
-    return true;
-}
-
 /// The bits of a tile within the rectangle.
-std::uint64_t rect_mask(const PixelRect& rect, int tile_x, int tile_y) {
+__attribute__((always_inline)) inline std::uint64_t rect_mask(const PixelRect& rect, int tile_x, int tile_y) {
     int x0 = std::max(rect.x0 - tile_x * kTile, 0), x1 = std::min(rect.x1 - tile_x * kTile, kTile - 1);
     int y0 = std::max(rect.y0 - tile_y * kTile, 0), y1 = std::min(rect.y1 - tile_y * kTile, kTile - 1);
-    std::uint64_t row = (0xFFu << x0) & (0xFFu >> (7 - x1));
-    std::uint64_t mask = 0;
-    for (int y = y0; y <= y1; ++y)
-        mask |= row << (8 * y);
-    return mask;
+    std::uint64_t columns = (0xFFu << x0) & (0xFFu >> (7 - x1));
+    std::uint64_t rows = (kFull << (8 * y0)) & (kFull >> (8 * (7 - y1)));
+    return columns * 0x0101010101010101ull & rows;
 }
 
-__attribute__((always_inline)) inline bool is_hidden_body(const TileBuffer& buffer, const Screen& screen,
-                                                          const BoxOnScreen& box) {
-    PixelRect rect;
-    if (!box.testable || !pixels_of(screen, box, rect))
+__attribute__((always_inline)) inline bool is_hidden_body(const TileBuffer& buffer, const PixelRect& rect,
+                                                          float nearness) {
+    if (rect.empty())
         return false;
-    const float nearness = box.nearness;
+    const int first = rect.x0 / kTile, last = rect.x1 / kTile;
     for (int ty = rect.y0 / kTile; ty <= rect.y1 / kTile; ++ty) {
-        int first = rect.x0 / kTile, last = rect.x1 / kTile;
-        const float* whole = buffer.whole.data() + ty * buffer.tiles_x;
-        int open = 0;
-        for (int tx = first; tx <= last; ++tx)
-            open += !(whole[tx] > nearness);
-        for (int tx = first; open > 0 && tx <= last; ++tx) {
+        const float* whole = buffer.whole.data() + ty * buffer.stride;
+        for (int tx = first; tx <= last; ++tx) {
             if (whole[tx] > nearness)
                 continue;
-            --open;
-            auto tile = static_cast<std::size_t>(ty * buffer.tiles_x + tx);
+            auto tile = static_cast<std::size_t>(ty * buffer.stride + tx);
             if (!(buffer.part[tile] > nearness) || (rect_mask(rect, tx, ty) & ~buffer.mask[tile]))
                 return false;
         }
@@ -110,11 +85,11 @@ __attribute__((always_inline)) inline bool is_hidden_body(const TileBuffer& buff
 }
 
 #if ANTUMBRA_X86_KERNELS
-ANTUMBRA_TARGET_AVX2 bool hidden_avx2(const TileBuffer& buffer, const Screen& screen, const BoxOnScreen& box) {
-    return is_hidden_body(buffer, screen, box);
+ANTUMBRA_TARGET_AVX2 bool hidden_avx2(const TileBuffer& buffer, const PixelRect& rect, float nearness) {
+    return is_hidden_body(buffer, rect, nearness);
 }
-ANTUMBRA_TARGET_AVX512 bool hidden_avx512(const TileBuffer& buffer, const Screen& screen, const BoxOnScreen& box) {
-    return is_hidden_body(buffer, screen, box);
+ANTUMBRA_TARGET_AVX512 bool hidden_avx512(const TileBuffer& buffer, const PixelRect& rect, float nearness) {
+    return is_hidden_body(buffer, rect, nearness);
 }
 #endif
 
@@ -123,7 +98,8 @@ ANTUMBRA_TARGET_AVX512 bool hidden_avx512(const TileBuffer& buffer, const Screen
 void TileBuffer::reset(const Screen& screen) {
     tiles_x = screen.tiles_x;
     tiles_y = screen.tiles_y;
-    auto tiles = static_cast<std::size_t>(tiles_x) * static_cast<std::size_t>(tiles_y);
+    stride = (screen.width + 63) / 64 * kTile;
+    auto tiles = static_cast<std::size_t>(stride) * static_cast<std::size_t>(tiles_y);
     whole.assign(tiles, kNothing);
     part.assign(tiles, kNothing);
     mask.assign(tiles, 0);
@@ -132,20 +108,24 @@ void TileBuffer::reset(const Screen& screen) {
 
 void TileBuffer::merge(const PatchCoverage& coverage, std::uint32_t patch) {
     const TileRect& rect = coverage.touched;
+    std::uint64_t bits[kTile];
     for (int ty = rect.y0; ty < rect.y1; ++ty)
-        for (int tx = rect.x0; tx < rect.x1; ++tx) {
-            auto tile = static_cast<std::size_t>(ty * tiles_x + tx);
-            float nearness = coverage.nearness[tile];
-            if (!(nearness > whole[tile]) || nearness == std::numeric_limits<float>::infinity())
+        for (int block = rect.x0 / kTile; block * kTile < rect.x1; ++block) {
+            const std::size_t first = coverage.tile_of(block * kTile, ty);
+            bool nearer = false;
+            for (std::size_t i = 0; i < kTile; ++i)
+                nearer |= coverage.nearness[first + i] > whole[first + i];
+            if (!nearer || !coverage.tiles(block, ty, bits))
                 continue;
-            if (std::uint64_t covered = coverage.tile(tx, ty))
-                if (merge_tile(whole[tile], part[tile], mask[tile], covered, nearness))
-                    owner[tile] = patch;
+            for (std::size_t i = 0; i < kTile; ++i)
+                if (bits[i] && merge_tile(whole[first + i], part[first + i], mask[first + i], bits[i],
+                                          coverage.nearness[first + i]))
+                    owner[first + i] = patch;
         }
 }
 
-bool is_hidden_scalar(const TileBuffer& buffer, const Screen& screen, const BoxOnScreen& box) {
-    return is_hidden_body(buffer, screen, box);
+bool is_hidden_scalar(const TileBuffer& buffer, const PixelRect& rect, float nearness) {
+    return is_hidden_body(buffer, rect, nearness);
 }
 
 #if ANTUMBRA_X86_KERNELS

@@ -4,8 +4,7 @@
 #pragma once
 
 #include "raster/patch_raster.hpp"
-
-#include <algorithm>
+#include "raster/pixel_rect.hpp"
 
 namespace antumbra {
 
@@ -13,6 +12,7 @@ namespace antumbra {
 /// as near as `part`.
 struct TileBuffer {
     int tiles_x = 0, tiles_y = 0;
+    int stride = 0; ///< tiles from one row to the next: whole blocks of eight, as in PatchCoverage
     std::vector<float> whole, part;
     std::vector<std::uint64_t> mask;
     std::vector<std::uint32_t> owner; ///< the patch that changed the tile last
@@ -22,25 +22,21 @@ struct TileBuffer {
     /// Takes in a drawn patch. Whatever the order, the promise above holds.
     void merge(const PatchCoverage& coverage, std::uint32_t patch = 0);
 
-    /// Calls use(patch) for the owners of the tiles that the box touches, of at most about 16 of them.
+    /// Calls use(patch) for the owners of the tiles that the rectangle touches, of at most about 16 of them.
     template <class Use>
-    void for_owners(const BoxOnScreen& box, Use&& use) const {
-        auto tile = [](float value, int tiles) {
-            return std::clamp(static_cast<int>(std::clamp(value, 0.0f, float(tiles * kTile))) / kTile, 0, tiles - 1);
-        };
-        int x0 = tile(box.min_x, tiles_x), x1 = tile(box.max_x, tiles_x);
-        int y0 = tile(box.min_y, tiles_y), y1 = tile(box.max_y, tiles_y);
+    void for_owners(const PixelRect& rect, Use&& use) const {
+        int x0 = rect.x0 / kTile, x1 = rect.x1 / kTile, y0 = rect.y0 / kTile, y1 = rect.y1 / kTile;
         int step_x = 1 + (x1 - x0) / 4, step_y = 1 + (y1 - y0) / 4;
         for (int y = y0; y <= y1; y += step_y)
             for (int x = x0; x <= x1; x += step_x)
-                use(owner[static_cast<std::size_t>(y * tiles_x + x)]);
+                use(owner[static_cast<std::size_t>(y * stride + x)]);
     }
 };
 
-/// Is the box certainly hidden: every pixel that its rectangle touches is covered by something strictly nearer?
-/// All kernels agree.
-using IsHidden = bool (*)(const TileBuffer& buffer, const Screen& screen, const BoxOnScreen& box);
-bool is_hidden_scalar(const TileBuffer& buffer, const Screen& screen, const BoxOnScreen& box);
+/// Is what touches these pixels and is nowhere nearer than `nearness` certainly hidden: is every one of them covered by
+/// something strictly nearer? Never if the rectangle is empty. All kernels agree.
+using IsHidden = bool (*)(const TileBuffer& buffer, const PixelRect& rect, float nearness);
+bool is_hidden_scalar(const TileBuffer& buffer, const PixelRect& rect, float nearness);
 IsHidden is_hidden_avx2(); ///< nullptr where it is not available
 IsHidden is_hidden_avx512();
 

@@ -122,10 +122,11 @@ TEST(Twins, what_masked_tiles_hide_the_pixels_hide) {
             pixels.levels.resize(1);
             for (const Box3f& box : test::random_boxes(random, 200, {0, 0, 0}, 8)) {
                 BoxOnScreen on_screen = project_box(screen, box);
-                if (!is_hidden_scalar(tiles, screen, on_screen))
+                PixelRect rect = pixel_rect(screen, on_screen);
+                if (!is_hidden_scalar(tiles, rect, on_screen.nearness))
                     continue;
                 ++hidden;
-                ASSERT_TRUE(pixels.is_hidden(screen, on_screen)) << trial;
+                ASSERT_TRUE(pixels.is_hidden(rect, on_screen.nearness)) << trial;
             }
         }
     }
