@@ -37,6 +37,7 @@ struct Options {
     double speed = 1; ///< walking speed
     double height = 0;
     bool prepared = false; ///< through the chunks of a file
+    std::string each;      ///< file for a line per frame
     CullerOptions culler;
 };
 
@@ -119,8 +120,9 @@ struct Row {
     std::string name;
     double median = 0, p99 = 0, reported = 0;
     std::uint64_t lost = 0;
-    CullCounters counters;
     CullCounters sum;
+    std::vector<double> times; ///< of each frame, milliseconds
+    std::vector<CullCounters> frames;
 };
 
 Row measure(const Culler& culler, const std::vector<View>& views, const Truth& truth, int passes) {
@@ -138,6 +140,7 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
             best[f] = std::min(best[f], milliseconds_since(start));
             if (pass > 0)
                 continue;
+            row.frames.push_back(result.counters);
             row.reported += double(result.visible_count) / double(views.size());
             row.sum.patches_drawn += result.counters.patches_drawn;
             row.sum.occluders_used += result.counters.occluders_used;
@@ -156,10 +159,25 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
                 row.lost += std::uint64_t(__builtin_popcountll(truth.seen[f][word] & ~result.visible[word]));
         }
     }
+    row.times = best;
     std::sort(best.begin(), best.end());
     row.median = best[best.size() / 2];
     row.p99 = best[best.size() * 99 / 100];
     return row;
+}
+
+/// Appends a line per frame.
+void write_frames(const std::string& file, const std::string& scene, const Row& row) {
+    std::FILE* out = std::fopen(file.c_str(), "a");
+    if (!out)
+        return;
+    for (std::size_t f = 0; f < row.times.size(); ++f) {
+        const CullCounters& counters = row.frames[f];
+        std::fprintf(out, "%s,%s,%zu,%.4f,%llu,%llu,%llu,%llu\n", scene.c_str(), row.name.c_str(), f, row.times[f],
+                     (unsigned long long)counters.boxes_tested, (unsigned long long)counters.patches_drawn,
+                     (unsigned long long)counters.polygons_drawn, (unsigned long long)counters.occluders_used);
+    }
+    std::fclose(out);
 }
 
 /// Tangent vertices by table against trying all eight (Coorg and Teller: about ten times).
@@ -264,6 +282,8 @@ void run(const std::string& path, const Options& options) {
             continue;
         }
         Row row = measure(**culler, views, truth, options.passes);
+        if (!options.each.empty())
+            write_frames(options.each, path, row);
         if (name == "frustum-scalar") {
             base = row.median;
             frustum = row.reported;
@@ -298,6 +318,8 @@ int main(int argc, char** argv) {
             options.passes = std::atoi(value());
         else if (!std::strcmp(argv[i], "--truth"))
             options.truth = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--each"))
+            options.each = value();
         else if (!std::strcmp(argv[i], "--width"))
             options.culler.raster_width = std::atoi(value());
         else if (!std::strcmp(argv[i], "--speed"))

@@ -8,6 +8,8 @@
 
 namespace antumbra {
 
+inline constexpr std::uint32_t kMostOwners = 16;
+
 /// Every pixel of a tile is covered by something at least as near as `whole`; those of `mask` by something at least
 /// as near as `part`.
 struct TileBuffer {
@@ -22,7 +24,7 @@ struct TileBuffer {
     /// Takes in a drawn patch. Whatever the order, the promise above holds.
     void merge(const PatchCoverage& coverage, std::uint32_t patch = 0);
 
-    /// Calls use(patch) for the owners of the tiles that the rectangle touches, of at most about 16 of them.
+    /// Calls use(patch) for the owners of the tiles that the rectangle touches, of at most kMostOwners of them.
     template <class Use>
     void for_owners(const PixelRect& rect, Use&& use) const {
         int x0 = rect.x0 / kTile, x1 = rect.x1 / kTile, y0 = rect.y0 / kTile, y1 = rect.y1 / kTile;
