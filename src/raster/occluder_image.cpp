@@ -177,8 +177,8 @@ ANTUMBRA_INLINE void draw_centres(const PatchPolygon& polygon, const Screen& scr
     find_edges(loop);
     for (int strip = rows.first / kTile; strip * kTile < rows.last; ++strip) {
         RowSpans spans = find_centres(screen, loop, strip);
-        store(brush.coverage.begin.data() + strip * kTile, spans.begin);
-        store(brush.coverage.end.data() + strip * kTile, spans.end);
+        std::copy(spans.begin, spans.begin + kTile, brush.coverage.begin.begin() + strip * kTile);
+        std::copy(spans.end, spans.end + kTile, brush.coverage.end.begin() + strip * kTile);
     }
     NearnessPlane plane = plane_of(polygon, screen);
     auto least = static_cast<float>(loop.least_nearness), along = static_cast<float>(plane.along_x);

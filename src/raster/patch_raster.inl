@@ -21,27 +21,35 @@ ANTUMBRA_INLINE void find_edges(EdgeLoop& loop) {
         loop.x[i] = loop.x[0];
         loop.y[i] = loop.y[0];
     }
-    for (int i = 0; i < padded; i += kLanes) {
+    for (int i = 0; i < padded; i += kStep) {
         const Floats x = load_floats(loop.x + i), y = load_floats(loop.y + i);
         const Floats next_x = load_floats(loop.x + i + 1), next_y = load_floats(loop.y + i + 1);
-        const Ints up = next_y > y;
+        const Mask up = next_y > y;
         const Floats low_x = up ? x : next_x, low_y = up ? y : next_y;
         const Floats high_x = up ? next_x : x, high_y = up ? next_y : y;
         const Floats rise = high_y - low_y;
-        const Ints steep = rise > kLevel;
+        const Mask steep = rise > kLevel;
         const Floats slope = (high_x - low_x) / (steep ? rise : splat(1.0f));
         store(loop.low_x + i, low_x);
         store(loop.low_y + i, low_y);
         store(loop.high_x + i, high_x);
         store(loop.high_y + i, high_y);
         store(loop.slope + i, steep ? slope : splat(0.0f));
-        store(loop.up + i, up);
+        store(loop.up + i, ones_where(up));
     }
 }
 
-/// Sets columns begin .. end - 1 of eight rows within the 64 columns of a block.
-ANTUMBRA_INLINE void set_block(std::uint64_t* block, Ints begin, Ints end, int first_column) {
-    store(block, load_words(block) | (bits_from(begin - first_column) & ~bits_from(end - first_column)));
+/// Of eight rows side by side, from which column (or tile) to which (exclusive).
+struct RowSpans {
+    int begin[kLanes], end[kLanes];
+};
+
+/// Sets the columns of the spans within the 64 columns of a block.
+ANTUMBRA_INLINE void set_block(std::uint64_t* block, const RowSpans& spans, int first_column) {
+    for (int lane = 0; lane < kLanes; lane += kStep) {
+        const Ints begin = load_ints(spans.begin + lane) - first_column, end = load_ints(spans.end + lane) - first_column;
+        store(block + lane, load_words(block + lane) | (bits_from(begin) & ~bits_from(end)));
+    }
 }
 
 /// The words of a row of pixels that the columns from .. to (inclusive, anywhere) lie in.
@@ -68,39 +76,44 @@ ANTUMBRA_INLINE void mark_silhouette(const Screen& screen, PatchCoverage& out, c
     const float slope = loop.slope[edge];
     const float base = level ? low : x0, spread = level ? high - low : 0;
     for (int strip = first / kTile; strip <= last / kTile; ++strip) {
-        const Ints rows = kCount + strip * kTile;
-        const Floats tops = to_floats(rows);
-        const Floats from = clamp(tops - kEdgeSlack, y0, y1), to = clamp(tops + (1 + kEdgeSlack), y0, y1);
-        const Floats a = base + (from - y0) * slope, b = base + (to - y0) * slope;
-        const Floats left = (a < b ? a : b) - kEdgeSlack, right = (a < b ? b : a) + spread + kEdgeSlack;
-        // Off the left side end becomes 0, off the right side begin becomes width: an empty range.
-        const Ints crossed = (rows >= first) & (rows <= last);
-        const Ints begin = crossed ? floor_ints(clamp(left, 0, width)) : splat(screen.width);
-        const Ints end = crossed ? floor_ints(clamp(right, -1, width - 1)) + 1 : splat(0);
+        RowSpans spans;
+        for (int lane = 0; lane < kLanes; lane += kStep) {
+            const Ints rows = count_from(strip * kTile + lane);
+            const Floats tops = to_floats(rows);
+            const Floats from = clamp(tops - kEdgeSlack, y0, y1), to = clamp(tops + (1 + kEdgeSlack), y0, y1);
+            const Floats a = base + (from - y0) * slope, b = base + (to - y0) * slope;
+            const Floats left = (a < b ? a : b) - kEdgeSlack, right = (a < b ? b : a) + spread + kEdgeSlack;
+            // Off the left side end becomes 0, off the right side begin becomes width: an empty range.
+            const Mask crossed = (rows >= first) & (rows <= last);
+            store(spans.begin + lane, crossed ? floor_ints(clamp(left, 0, width)) : splat(screen.width));
+            store(spans.end + lane, crossed ? floor_ints(clamp(right, -1, width - 1)) + 1 : splat(0));
+        }
         std::uint64_t* bits = out.silhouette.data() + strip * out.words * kTile;
         for (int word = words.first; word <= words.last; ++word)
-            set_block(bits + word * kTile, begin, end, word * 64);
+            set_block(bits + word * kTile, spans, word * 64);
     }
 }
 
-/// Of the eight rows of a strip, from which column to which (exclusive) the loop covers centres.
-struct RowSpans {
-    Ints begin, end;
-};
+/// Of the eight rows of a strip, from which column to which the loop covers centres.
 ANTUMBRA_INLINE RowSpans find_centres(const Screen& screen, const EdgeLoop& loop, int strip) {
-    const Floats centres = to_floats(kCount + strip * kTile) + 0.5f;
-    Floats left = splat(1e9f), right = splat(-1e9f);
-    for (int i = 0; i < loop.count; ++i) {
-        const Ints crossed = (centres >= loop.low_y[i]) & (centres < loop.high_y[i]);
-        const Floats column = loop.low_x[i] + (centres - loop.low_y[i]) * loop.slope[i];
-        // Counter-clockwise: the inside is to the left of an edge that goes up.
-        if (loop.up[i])
-            right = crossed ? column : right;
-        else
-            left = crossed ? column : left;
-    }
     const float width = float(screen.width);
-    return {ceil_ints(clamp(left - 0.5f, 0, width)), floor_ints(clamp(right - 0.5f, -1, width - 1)) + 1};
+    RowSpans spans;
+    for (int lane = 0; lane < kLanes; lane += kStep) {
+        const Floats centres = to_floats(count_from(strip * kTile + lane)) + 0.5f;
+        Floats left = splat(1e9f), right = splat(-1e9f);
+        for (int i = 0; i < loop.count; ++i) {
+            const Mask crossed = (centres >= loop.low_y[i]) & (centres < loop.high_y[i]);
+            const Floats column = loop.low_x[i] + (centres - loop.low_y[i]) * loop.slope[i];
+            // Counter-clockwise: the inside is to the left of an edge that goes up.
+            if (loop.up[i])
+                right = crossed ? column : right;
+            else
+                left = crossed ? column : left;
+        }
+        store(spans.begin + lane, ceil_ints(clamp(left - 0.5f, 0, width)));
+        store(spans.end + lane, floor_ints(clamp(right - 0.5f, -1, width - 1)) + 1);
+    }
+    return spans;
 }
 
 /// `first` .. `last` - 1: rows whose centres the loop reaches.
@@ -110,7 +123,7 @@ ANTUMBRA_INLINE void fill_centres(const Screen& screen, PatchCoverage& out, cons
         const RowSpans spans = find_centres(screen, loop, strip);
         std::uint64_t* bits = out.covered.data() + strip * out.words * kTile;
         for (int word = words.first; word <= words.last; ++word)
-            set_block(bits + word * kTile, spans.begin, spans.end, word * 64);
+            set_block(bits + word * kTile, spans, word * 64);
     }
 }
 
@@ -138,24 +151,28 @@ ANTUMBRA_INLINE NearnessPlane plane_of(const PatchPolygon& polygon, const Screen
     return plane;
 }
 
-/// Of eight rows of tiles, from which tile to which (exclusive) the loop reaches.
+/// Of eight rows of tiles, from which tile to which the loop reaches.
 ANTUMBRA_INLINE RowSpans reach_of_tile_rows(const Screen& screen, const EdgeLoop& loop, int first_row) {
-    Floats lows = splat(1e9f), highs = splat(-1e9f);
-    const Floats tops = to_floats((kCount + first_row) * kTile);
-    const Floats band_low = tops - kEdgeSlack, band_high = tops + (kTile + kEdgeSlack);
-    for (int i = 0; i < loop.count; ++i) {
-        const float x0 = loop.low_x[i], y0 = loop.low_y[i], y1 = loop.high_y[i], slope = loop.slope[i];
-        const float level_x = y1 - y0 > kLevel ? 0 : loop.high_x[i] - x0;
-        const Floats a = x0 + (clamp(band_low, y0, y1) - y0) * slope;
-        const Floats b = x0 + level_x + (clamp(band_high, y0, y1) - y0) * slope;
-        const Ints near = (band_low <= y1) & (band_high >= y0);
-        const Floats least = a < b ? a : b, most = a < b ? b : a;
-        lows = near & (least < lows) ? least : lows;
-        highs = near & (most > highs) ? most : highs;
-    }
     const float columns = float(screen.tiles_x);
-    return {floor_ints(clamp((lows - kEdgeSlack) * (1.0f / kTile), 0, columns)),
-            floor_ints(clamp((highs + kEdgeSlack) * (1.0f / kTile), -1, columns - 1)) + 1};
+    RowSpans spans;
+    for (int lane = 0; lane < kLanes; lane += kStep) {
+        Floats lows = splat(1e9f), highs = splat(-1e9f);
+        const Floats tops = to_floats(count_from(first_row + lane) * kTile);
+        const Floats band_low = tops - kEdgeSlack, band_high = tops + (kTile + kEdgeSlack);
+        for (int i = 0; i < loop.count; ++i) {
+            const float x0 = loop.low_x[i], y0 = loop.low_y[i], y1 = loop.high_y[i], slope = loop.slope[i];
+            const float level_x = y1 - y0 > kLevel ? 0 : loop.high_x[i] - x0;
+            const Floats a = x0 + (clamp(band_low, y0, y1) - y0) * slope;
+            const Floats b = x0 + level_x + (clamp(band_high, y0, y1) - y0) * slope;
+            const Mask near = (band_low <= y1) & (band_high >= y0);
+            const Floats least = a < b ? a : b, most = a < b ? b : a;
+            lows = (near & (least < lows)) ? least : lows;
+            highs = (near & (most > highs)) ? most : highs;
+        }
+        store(spans.begin + lane, floor_ints(clamp((lows - kEdgeSlack) * (1.0f / kTile), 0, columns)));
+        store(spans.end + lane, floor_ints(clamp((highs + kEdgeSlack) * (1.0f / kTile), -1, columns - 1)) + 1);
+    }
+    return spans;
 }
 
 /// Lowers the nearness of every tile that the polygon comes near.
@@ -168,20 +185,18 @@ ANTUMBRA_INLINE void lower_tiles(const Screen& screen, PatchCoverage& out, const
     const auto step = static_cast<float>(plane.along_x * kTile);
     for (int block = first_tile / kLanes * kLanes; block < last_tile; block += kLanes) {
         const RowSpans reach = reach_of_tile_rows(screen, loop, block);
-        int begin[kLanes], end[kLanes];
-        store(begin, reach.begin);
-        store(end, reach.end);
         const int first = block > first_tile ? block : first_tile;
         const int last = block + kLanes < last_tile ? block + kLanes : last_tile;
         for (int ty = first; ty < last; ++ty) {
-            const int from = begin[ty - block], to = end[ty - block];
+            const int from = reach.begin[ty - block], to = reach.end[ty - block];
             float* row = out.nearness.data() + ty * out.words * kLanes;
             const auto base = static_cast<float>(plane.at_zero + plane.along_y * (ty * kTile) - plane.slack);
-            for (int tx = from / kLanes * kLanes; tx < to; tx += kLanes) {
-                const Ints tiles = kCount + tx;
+            for (int tx = from / kStep * kStep; tx < to; tx += kStep) {
+                const Ints tiles = count_from(tx);
                 const Floats value = base + step * to_floats(tiles), old = load_floats(row + tx);
                 const Floats bound = value > least ? value : splat(least);
-                store(row + tx, (tiles >= from) & (tiles < to) & (bound < old) ? bound : old);
+                const Mask lower = (tiles >= from) & (tiles < to) & (bound < old);
+                store(row + tx, lower ? bound : old);
             }
         }
     }

@@ -10,7 +10,7 @@
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
 #else
-#pragma GCC diagnostic ignored "-Wpsabi" // all of this is inlined: there is no interface
+#pragma GCC diagnostic ignored "-Wpsabi"
 #pragma GCC diagnostic ignored "-Wuninitialized" // GCC 12 warns about its own header
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC target("avx2")
@@ -20,6 +20,7 @@ namespace antumbra {
 namespace {
 
 typedef std::uint64_t EightWords __attribute__((vector_size(64)));
+#define ANTUMBRA_EIGHT_LANES 1
 #define ANTUMBRA_SHIFTED_ONES(counts) shifted_ones(counts)
 
 /// Counts of 64 and more leave nothing.
