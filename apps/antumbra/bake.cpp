@@ -249,11 +249,13 @@ void add_bake(CLI::App& app) {
     ViewTreeOptions& tree = options.tree;
     command
         .add_option("--subdivision", tree.subdivision, "How view space is cut: grid, or a tree over space, over space "
-                                                       "with eight headings a leaf, or over all five dimensions")
+                                                       "with eight headings a leaf, or over all five dimensions; or "
+                                                       "boxes: those of --where are the cells")
         ->transform(CLI::CheckedTransformer(std::map<std::string, Subdivision>{{"grid", Subdivision::grid},
                                                                                {"spatial", Subdivision::spatial},
                                                                                {"angular", Subdivision::angular},
-                                                                               {"five", Subdivision::five}}))
+                                                                               {"five", Subdivision::five},
+                                                                               {"boxes", Subdivision::boxes}}))
         ->default_str("grid");
     command
         .add_option("--split-estimate", tree.estimate, "Trees: count what both sides see against all (published), or "
@@ -306,6 +308,10 @@ void add_bake(CLI::App& app) {
             std::map<std::string, ExactForm>{{"fast", ExactForm::fast}, {"published", ExactForm::published}}))
         ->default_str("fast");
     command.add_option("--max-pieces", options.exact.max_pieces, "Budget of one exact query, in pieces of line space")
+        ->capture_default_str();
+    command.add_option("--block", options.exact.block,
+                       "Exact grids: solve cells in blocks of so many along each axis, from the outside in")
+        ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}))
         ->capture_default_str();
     command.add_option("--rays-per-cell", options.rays_per_cell, "Rays in uniform directions")->capture_default_str();
     command

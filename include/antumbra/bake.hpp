@@ -40,6 +40,7 @@ enum class Subdivision : std::uint8_t {
     spatial, ///< a k-d tree over positions
     angular, ///< the same, each leaf cut into eight headings: the paper's experimental setting
     five,    ///< a k-d tree over positions and directions
+    boxes,   ///< the boxes of BakeOptions::where are the cells themselves; they need not be alike, nor touch
 };
 
 /// Against what the objects that both halves of a split see are counted.
@@ -83,6 +84,10 @@ struct ExactOptions {
     std::uint32_t cluster_triangles = 256; ///< the most in a cluster
     /// Budget of one query in pieces; beyond it its target is listed as visible and counted as undecided.
     std::uint32_t max_pieces = 20000;
+    /// Cells of a grid are solved in blocks of so many along each axis (a power of two, up to 64): what no line from the
+    /// box around a block reaches is hidden from its cells. 1: every cell alone. Changes the time and the counts of work;
+    /// rows only where a budget runs out.
+    std::uint32_t block = 1;
     bool operator==(const ExactOptions&) const = default;
 };
 
@@ -94,14 +99,16 @@ struct Shard {
 };
 
 struct BakeOptions {
-    /// "sampled": rays (aggressive). "exact": rays, then a proof for all that they did not find; Subdivision::grid only.
+    /// "sampled": rays (aggressive). "exact": rays, then a proof for all that they did not find; Subdivision::grid, boxes or
+    /// spatial (cells are halved where the halves see different things).
     std::string method = "sampled";
     ViewTreeOptions tree;
     ExactOptions exact;
     /// The grid, for Subdivision::grid: a count per axis, or, if cell_size > 0, cubes of about that edge (scene units).
     std::array<std::uint32_t, 3> cells{16, 4, 16};
     double cell_size = 0;
-    /// Where viewers can be (world). Empty: the scene's bounds. Cells that touch none of them are not baked.
+    /// Where viewers can be (world). Empty: the scene's bounds. Cells that touch none of them are not baked. The cells
+    /// themselves for Subdivision::boxes.
     std::vector<Box3d> where;
     /// Occludee volumes along each axis, so that moving boxes can be asked about (Pvs::is_box_visible); 0: none.
     /// Sampled bakes only.

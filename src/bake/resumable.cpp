@@ -18,12 +18,14 @@ Result<UnitResults> run_units(const Units& units, const std::string& key, const 
     }
     UnitResults results;
     results.payloads.resize(units.ids.size());
+    results.was_resumed.resize(units.ids.size());
     std::vector<std::size_t> open;
     for (std::size_t i = 0; i < units.ids.size(); ++i) {
         auto record = records.find(units.ids[i]);
-        if (record != records.end() && units.acceptable(i, record->second))
+        if (record != records.end() && units.acceptable(i, record->second)) {
             results.payloads[i] = std::move(record->second);
-        else
+            results.was_resumed[i] = true;
+        } else
             open.push_back(i);
     }
     results.resumed = units.ids.size() - open.size();

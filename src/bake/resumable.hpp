@@ -26,6 +26,7 @@ struct Units {
 struct UnitResults {
     std::vector<Payload> payloads; ///< by index
     std::uint64_t resumed = 0;     ///< units taken from the checkpoint
+    std::vector<bool> was_resumed; ///< by index: which
 };
 
 /// Computes every unit that the checkpoint does not hold. `key` names everything that the results depend on.

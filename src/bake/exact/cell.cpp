@@ -480,6 +480,8 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         s.around = queue.top().spaces;
         s.complete = nullptr;
         queue.pop();
+        if (tree.nodes()[n].count < s.options.least_asked)
+            continue;
         if (!s.open(n))
             continue;
         State::Spaces spaces = s.complete ? s.complete : s.around;

@@ -30,6 +30,9 @@ struct CellOptions {
     std::uint32_t box_pieces = 20000;   ///< the same for boxes; beyond it the box is opened
     std::uint32_t window_pieces = 32;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
     std::uint32_t rays_at_box = 16;     ///< of sample_between
+    /// Nodes of fewer triangles are not asked for: what they hold stays open. For boxes around cells, of which only
+    /// hidden_nodes() is wanted; 0: everything is decided.
+    std::uint32_t least_asked = 0;
     bool virtual_occluders = true;      ///< false only to measure what they are worth
     bool windows = true;                ///< one query through two windows before the pairs of faces of a box
     bool patches = true;                ///< connected surfaces as single occluders; false only to measure

@@ -17,6 +17,14 @@ std::uint64_t count_bits(const std::vector<std::uint64_t>& bits) {
     return count;
 }
 
+/// Boxes around cells ask for nodes of so many triangles or more.
+constexpr std::uint32_t kLeastHanded = 0;
+
+ExactStatistics work_of(const exact::CellCounters& counters) {
+    return {counters.box_queries, counters.triangle_queries, counters.pairs,          counters.undecided, 0,
+            counters.effective,   counters.with_effective,   counters.most_effective};
+}
+
 } // namespace
 
 ExactCells::ExactCells(const SamplingScene& shared)
@@ -87,16 +95,8 @@ Status ExactCells::check(const Box3d& cell) const {
     return {};
 }
 
-ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel) const {
-    const Scene& scene = shared_.scene();
+exact::CellOptions ExactCells::cell_options(const Box3d& cell) const {
     const BakeOptions& bake = shared_.options();
-    Vec3d low = scene.to_local(cell.min), high = scene.to_local(cell.max);
-    RegionSampler probe(shared_, SamplingRegion::all_directions({low, high}), cell_key(cell));
-    ExactCell result;
-    bool solid = !probe.has_viewpoint();
-    result.sample = std::move(probe).finish();
-    if (solid)
-        return result;
     exact::CellOptions options;
     options.seed = cell_key(cell) ^ bake.seed;
     options.max_pieces = bake.exact.max_pieces;
@@ -108,40 +108,99 @@ ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel) 
         options.rays = kPublishedRays;
         options.box_pieces = kPublishedBoxPieces;
     }
-    exact::CellSolver solver(tree_, shared_.tracer(), options);
+    return options;
+}
+
+exact::GridBox ExactCells::to_grid(const Box3d& cell) const {
+    const Scene& scene = shared_.scene();
+    return {tree_.to_grid(scene.to_local(cell.min)), tree_.to_grid(scene.to_local(cell.max))};
+}
+
+ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel, std::span<const std::uint32_t> hidden,
+                            std::vector<std::uint32_t>* proved) const {
+    const Scene& scene = shared_.scene();
+    Box3d local{scene.to_local(cell.min), scene.to_local(cell.max)};
+    RegionSampler probe(shared_, SamplingRegion::all_directions(local), cell_key(cell));
+    ExactCell result;
+    bool solid = !probe.has_viewpoint();
+    result.sample = std::move(probe).finish();
+    if (solid)
+        return result;
+    exact::CellSolver solver(tree_, shared_.tracer(), cell_options(cell));
     exact::CellCounters counters;
     std::vector<std::uint64_t> units((tree_.units().count() + 63) / 64, 0);
-    result.finished = solver.solve({tree_.to_grid(low), tree_.to_grid(high)}, units, counters, {}, cancel);
+    result.finished = solver.solve(to_grid(cell), units, counters, hidden, cancel);
     if (!result.finished)
         return result;
+    if (proved)
+        *proved = solver.hidden_nodes();
     set_rows(units, result.sample);
     const exact::SamplerCounters& sampled = counters.sampler;
     result.sample.rays += sampled.rays;
     result.sample.confirmed = static_cast<std::uint32_t>(sampled.uniform + sampled.guided + sampled.mutated + sampled.aimed);
     std::uint64_t before = sampled.uniform + sampled.guided;
     std::uint64_t found = count_bits(units);
-    check_with_rays({low, high}, cell_key(cell), result.sample);
-    result.work = {counters.box_queries, counters.triangle_queries, counters.pairs, counters.undecided,
-                   found - std::min(found, before), counters.effective, counters.with_effective,
-                   counters.most_effective};
+    check_with_rays(local, cell_key(cell), result.sample);
+    result.work = work_of(counters);
+    result.work.found_by_query = found - std::min(found, before);
     return result;
+}
+
+bool ExactCells::hide(const Box3d& box, std::span<const std::uint32_t> hidden, std::vector<std::uint32_t>& proved,
+                      ExactStatistics& work, const std::atomic<bool>* cancel) const {
+    exact::CellOptions options = cell_options(box);
+    options.least_asked = kLeastHanded;
+    exact::CellSolver solver(tree_, shared_.tracer(), options);
+    exact::CellCounters counters;
+    std::vector<std::uint64_t> units((tree_.units().count() + 63) / 64, 0);
+    if (!solver.solve(to_grid(box), units, counters, hidden, cancel))
+        return false;
+    proved = solver.hidden_nodes();
+    add(work, work_of(counters));
+    return true;
+}
+
+void add(ExactStatistics& total, const ExactStatistics& more) {
+    total.box_queries += more.box_queries;
+    total.triangle_queries += more.triangle_queries;
+    total.pairs += more.pairs;
+    total.undecided += more.undecided;
+    total.found_by_query += more.found_by_query;
+    total.effective_occluders += more.effective_occluders;
+    total.queries_with_occluders += more.queries_with_occluders;
+    total.most_effective = std::max(total.most_effective, more.most_effective);
+}
+
+namespace {
+
+template <class Statistics, class Visit>
+void for_each_number(Statistics& work, const Visit& visit) {
+    for (auto* number : {&work.box_queries, &work.triangle_queries, &work.pairs, &work.undecided, &work.found_by_query,
+                         &work.effective_occluders, &work.queries_with_occluders, &work.most_effective})
+        visit(*number);
+}
+
+} // namespace
+
+void put(PayloadWriter& writer, const ExactStatistics& work) {
+    for_each_number(work, [&](std::uint64_t number) { writer.put(number); });
+}
+
+ExactStatistics get_exact_statistics(PayloadReader& reader) {
+    ExactStatistics work;
+    for_each_number(work, [&](std::uint64_t& number) { number = reader.get(); });
+    return work;
 }
 
 void put(PayloadWriter& writer, const ExactCell& cell) {
     writer.put(cell.sample);
-    for (std::uint64_t number : {cell.work.box_queries, cell.work.triangle_queries, cell.work.pairs,
-                                 cell.work.undecided, cell.work.found_by_query, cell.work.effective_occluders,
-                                 cell.work.queries_with_occluders, cell.work.most_effective})
-        writer.put(number);
+    put(writer, cell.work);
 }
 
 ExactCell get_exact_cell(PayloadReader& reader, std::size_t words) {
     ExactCell cell;
     cell.sample = reader.get_sample(words);
-    for (std::uint64_t* number : {&cell.work.box_queries, &cell.work.triangle_queries, &cell.work.pairs,
-                                  &cell.work.undecided, &cell.work.found_by_query, &cell.work.effective_occluders,
-                                  &cell.work.queries_with_occluders, &cell.work.most_effective})
-        *number = reader.get();
+    cell.work = get_exact_statistics(reader);
     return cell;
 }
 

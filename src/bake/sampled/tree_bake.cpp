@@ -1,8 +1,11 @@
 #include "bake/sampled/tree_bake.hpp"
 
+#include "bake/assemble.hpp"
+#include "bake/exact/adaptive_tree.hpp"
 #include "bake/parts.hpp"
 #include "bake/sampled/sample_payload.hpp"
 
+#include <bit>
 #include <cmath>
 
 namespace antumbra {
@@ -54,12 +57,14 @@ class Tiling {
             }
             auto first_leaf = std::uint32_t(joined.leaves.size());
             for (ViewNode node : tree.nodes) {
-                node.link += node.axis == ViewNode::kLeaf ? first_leaf : index;
+                if (node.axis != ViewNode::kLeaf || node.link != kCellNotBaked)
+                    node.link += node.axis == ViewNode::kLeaf ? first_leaf : index;
                 joined.nodes.push_back(node);
             }
             for (RegionSample& leaf : tree.leaves)
                 joined.leaves.push_back(std::move(leaf));
             joined.rays_reused += tree.rays_reused;
+            add(joined.work, tree.work);
             return;
         }
         joined.nodes.push_back(halving);
@@ -75,6 +80,7 @@ class Tiling {
 
 Payload pack(const BuiltTree& tree) {
     PayloadWriter payload;
+    put(payload, tree.work);
     payload.put(tree.rays_reused);
     payload.put(tree.nodes.size());
     payload.put(tree.leaves.size());
@@ -88,6 +94,7 @@ Payload pack(const BuiltTree& tree) {
 /// False if the bytes hold no tree of so many leaves.
 bool unpack(std::span<const std::byte> bytes, std::size_t words, BuiltTree& tree) {
     PayloadReader payload(bytes);
+    tree.work = get_exact_statistics(payload);
     tree.rays_reused = payload.get();
     std::uint64_t nodes = payload.get(), leaves = payload.get();
     if (!payload.ok() || nodes == 0 || nodes > bytes.size() / 8 || leaves > nodes)
@@ -102,37 +109,71 @@ bool unpack(std::span<const std::byte> bytes, std::size_t words, BuiltTree& tree
     return payload.at_end() && shape.check(std::uint32_t(leaves)).ok();
 }
 
-/// The scene's box times options.tree.view_space about its centre, on the scene's grid, in world coordinates.
+/// FNV-1a over the corners of boxes.
+std::uint64_t name_of(const std::vector<Box3d>& boxes) {
+    std::vector<std::uint64_t> words;
+    for (const Box3d& box : boxes)
+        for (int k = 0; k < 3; ++k) {
+            words.push_back(std::bit_cast<std::uint64_t>(box.min[k]));
+            words.push_back(std::bit_cast<std::uint64_t>(box.max[k]));
+        }
+    return plan_of(words);
+}
+
+/// Exact cells are halved at most so often along each axis, so that their corners stay on the scene's grid.
+constexpr double kHalvable = 4096;
+
+/// The scene's box times options.tree.view_space about its centre, or the box around options.where, on the scene's grid, in
+/// world coordinates.
 Box3d view_space(const Scene& scene, const BakeOptions& options) {
     Box3d bounds = to_double(scene.local_bounds());
     double step = scene.step();
     Box3d space;
+    for (const Box3d& box : options.where)
+        space.extend(Box3d{scene.to_local(box.min), scene.to_local(box.max)});
+    if (!options.where.empty())
+        bounds = space;
     for (int k = 0; k < 3; ++k) {
-        double half = bounds.size()[k] / 2 * options.tree.view_space, centre = bounds.centre()[k];
+        double times = options.where.empty() ? options.tree.view_space : 1;
+        double half = bounds.size()[k] / 2 * times, centre = bounds.centre()[k];
         space.min[k] = std::floor((centre - half) / step) * step;
         space.max[k] = std::ceil((centre + half) / step) * step;
         if (!(space.max[k] > space.min[k]))
             space.max[k] = space.min[k] + step;
+        if (options.method == "exact")
+            space.max[k] = space.min[k] + std::ceil((space.max[k] - space.min[k]) / (kHalvable * step)) * kHalvable * step;
     }
     return {scene.to_world(space.min), scene.to_world(space.max)};
 }
 
 } // namespace
 
-Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& key, const Job& job) {
+Result<TreeBake> bake_view_tree(const SamplingScene& shared, const ExactCells* exact, const Job& job) {
     const BakeOptions& options = shared.options();
-    std::size_t words = shared.words();
+    std::size_t words = exact ? exact->words() : shared.words();
+    for (const Box3d& box : options.where)
+        if (!is_finite(box.min) || !is_finite(box.max) || box.empty())
+            return Status(ErrorCode::usage, "a box of viewpoints is empty or not finite; min must not exceed max");
     TreeBake result;
     result.tree.bounds = view_space(shared.scene(), options);
+    if (exact)
+        if (Status status = exact->check(result.tree.bounds); !status)
+            return status;
     Tiling tiling(result.tree, options.tree.tile_depth);
+    std::string key = checkpoint_key(shared.scene(), options, CellGrid(), exact ? std::to_string(name_of(options.where)) : "");
     Units units;
     units.stage = "bake";
     units.unit_name = "tiles";
     for (std::size_t tile = 0; tile < tiling.tiles().size(); ++tile)
         units.ids.push_back(tile);
+    result.plan = exact ? name_of(options.where) : 0;
     keep_shard(units.ids, options.shard);
     units.compute = [&](std::size_t unit) {
-        return pack(build_view_tree(shared, result.tree, tiling.tiles()[units.ids[unit]]));
+        const ViewRegion& tile = tiling.tiles()[units.ids[unit]];
+        if (!exact)
+            return pack(build_view_tree(shared, result.tree, tile));
+        BuiltTree tree;
+        return build_exact_tree(*exact, result.tree, tile, tree, job.cancel) ? pack(tree) : Payload();
     };
     units.acceptable = [&](std::size_t, std::span<const std::byte> payload) {
         BuiltTree tree;
@@ -149,6 +190,7 @@ Result<TreeBake> bake_view_tree(const SamplingScene& shared, const std::string& 
     result.tree.nodes = std::move(joined.nodes);
     result.leaves = std::move(joined.leaves);
     result.rays_reused = joined.rays_reused;
+    result.work = joined.work;
     result.tiles = units.ids.size();
     result.tiles_resumed = results->resumed;
     return result;

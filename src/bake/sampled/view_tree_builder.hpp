@@ -16,6 +16,7 @@ namespace antumbra {
 struct BuiltTree {
     std::vector<ViewNode> nodes; ///< preorder, as in ViewTree; the link of a leaf is an index into `leaves`
     std::vector<RegionSample> leaves;
+    ExactStatistics work; ///< of exact trees
     std::uint64_t rays_reused = 0; ///< cached rays that a child did not have to cast again
 };
 
