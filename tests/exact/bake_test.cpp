@@ -1,5 +1,6 @@
 // The exact method through the public door.
 #include "bake/exact/proof.hpp"
+#include "village.hpp"
 
 #include <antumbra/bake.hpp>
 
@@ -12,53 +13,13 @@
 namespace antumbra {
 namespace {
 
-/// A street of closed houses with a thing in each and a few outside.
-Scene village() {
-    RawScene raw;
-    raw.source = "village";
-    auto box = [&](const std::string& name, Vec3d a, Vec3d b) {
-        RawObject object;
-        object.name = name;
-        object.flags = kOccludes | kDoubleSided;
-        object.first_triangle = static_cast<std::uint32_t>(raw.triangles.size());
-        auto first = static_cast<std::uint32_t>(raw.positions.size());
-        for (int i = 0; i < 8; ++i)
-            raw.positions.push_back({i & 1 ? b.x : a.x, i & 2 ? b.y : a.y, i & 4 ? b.z : a.z});
-        for (std::array<std::uint32_t, 4> f : {std::array<std::uint32_t, 4>{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                               {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}) {
-            raw.triangles.push_back({first + f[0], first + f[1], first + f[2]});
-            raw.triangles.push_back({first + f[0], first + f[2], first + f[3]});
-        }
-        object.triangle_count = 12;
-        raw.objects.push_back(object);
-    };
-    for (int k = 0; k < 6; ++k) {
-        double x = 6.0 * k, y = k % 2 * 10.0;
-        box("house " + std::to_string(k), {x, 0, y}, {x + 4, 3.0 + k % 3, y + 4});
-        box("thing " + std::to_string(k), {x + 1, 0.5, y + 1}, {x + 2, 1, y + 2});
-        box("tree " + std::to_string(k), {x + 4.5, 0, y}, {x + 5, 2, y + 0.5});
-    }
-    Result<Scene> scene = Scene::create(std::move(raw));
-    EXPECT_TRUE(scene.ok());
-    return std::move(*scene);
-}
-
-BakeOptions options() {
-    BakeOptions o;
-    o.method = "exact";
-    o.cells = {4, 1, 3};
-    o.rays_per_cell = 200; // few: the proofs do the rest
-    o.holdout_rays = 3000;
-    return o;
-}
-
 bool listed(const PvsData& pvs, std::uint32_t row, std::uint32_t object) {
     return pvs.rows[row * pvs.words_per_row() + object / 64] >> (object % 64) & 1;
 }
 
 TEST(ExactBake, IsExactAndNoFreshRaySeesMore) {
     Scene scene = village();
-    Result<BakeResult> result = bake(scene, options());
+    Result<BakeResult> result = bake(scene, exact_options());
     ASSERT_TRUE(result.ok()) << result.status().message();
     EXPECT_EQ(result->pvs.guarantee, Guarantee::exact);
     EXPECT_EQ(result->pvs.method, "exact");
@@ -70,12 +31,12 @@ TEST(ExactBake, IsExactAndNoFreshRaySeesMore) {
 
 TEST(ExactBake, HoldsEverythingThatASampledBakeFindsAndTheSameWithMoreRays) {
     Scene scene = village();
-    BakeOptions more = options(), sampled = options();
+    BakeOptions more = exact_options(), sampled = exact_options();
     more.rays_per_cell = 20000;
     more.seed = 9;
     sampled.method = "sampled";
     sampled.rays_per_cell = 50000;
-    Result<BakeResult> a = bake(scene, options()), b = bake(scene, more), c = bake(scene, sampled);
+    Result<BakeResult> a = bake(scene, exact_options()), b = bake(scene, more), c = bake(scene, sampled);
     ASSERT_TRUE(a.ok() && b.ok() && c.ok());
     EXPECT_EQ(a->pvs.cell_row, b->pvs.cell_row);
     EXPECT_EQ(a->pvs.rows, b->pvs.rows);
@@ -92,7 +53,7 @@ TEST(ExactBake, IsTheSameForAnyNumberOfThreadsAndWhenResumed) {
     Job one, three;
     one.threads = 1;
     three.threads = 3;
-    BakeOptions o = options();
+    BakeOptions o = exact_options();
     Result<BakeResult> a = bake(scene, o, one), b = bake(scene, o, three);
     ASSERT_TRUE(a.ok() && b.ok());
     EXPECT_EQ(*encode_pvs(a->pvs), *encode_pvs(b->pvs));
@@ -109,11 +70,11 @@ TEST(ExactBake, IsTheSameForAnyNumberOfThreadsAndWhenResumed) {
 
 TEST(ExactBake, ClustersAndTrianglesAreListedBesidesTheSameObjects) {
     Scene scene = village();
-    Result<BakeResult> objects = bake(scene, options());
+    Result<BakeResult> objects = bake(scene, exact_options());
     ASSERT_TRUE(objects.ok());
     std::uint64_t listed_triangles = 0, listed_clusters = 0;
     for (Granularity granularity : {Granularity::cluster, Granularity::triangle}) {
-        BakeOptions o = options();
+        BakeOptions o = exact_options();
         o.exact.granularity = granularity;
         o.exact.cluster_triangles = 4;
         Result<BakeResult> fine = bake(scene, o);
@@ -161,7 +122,7 @@ TEST(ExactBake, ClustersAndTrianglesAreListedBesidesTheSameObjects) {
 
 TEST(ExactBake, ThePublishedFormListsTheSame) {
     Scene scene = village();
-    BakeOptions o = options();
+    BakeOptions o = exact_options();
     o.cells = {2, 1, 1};
     Result<BakeResult> fast = bake(scene, o);
     o.exact.form = ExactForm::published;
@@ -174,7 +135,7 @@ TEST(ExactBake, ThePublishedFormListsTheSame) {
 
 TEST(ExactBake, StopsInsideACellAndKeepsTheFinishedOnes) {
     Scene scene = village();
-    BakeOptions o = options();
+    BakeOptions o = exact_options();
     o.checkpoint = ::testing::TempDir() + "exact_stopped.part";
     std::filesystem::remove(o.checkpoint);
     std::atomic<bool> stop{false};
@@ -194,7 +155,7 @@ TEST(ExactBake, StopsInsideACellAndKeepsTheFinishedOnes) {
 
 TEST(Certificates, EveryPairOfAnExactBakeIsProvedAsListed) {
     Scene scene = village();
-    Result<BakeResult> result = bake(scene, options());
+    Result<BakeResult> result = bake(scene, exact_options());
     ASSERT_TRUE(result.ok());
     auto bytes = encode_pvs(result->pvs);
     Result<Pvs> pvs = Pvs::open(*bytes);
@@ -213,7 +174,7 @@ TEST(Certificates, EveryPairOfAnExactBakeIsProvedAsListed) {
 
 TEST(Certificates, AFlippedBitIsFoundOut) {
     Scene scene = village();
-    Result<BakeResult> result = bake(scene, options());
+    Result<BakeResult> result = bake(scene, exact_options());
     ASSERT_TRUE(result.ok());
     for (std::uint64_t& word : result->pvs.rows)
         word = ~word & ((std::uint64_t(1) << scene.objects().size()) - 1);
@@ -229,12 +190,12 @@ TEST(Certificates, AFlippedBitIsFoundOut) {
     EXPECT_NE(proofs->first_problem, "");
 }
 
-TEST(ExactBake, RefusesViewTreesAndCellsFarAway) {
+TEST(ExactBake, RefusesDirectionsAndCellsFarAway) {
     Scene scene = village();
-    BakeOptions o = options();
-    o.tree.subdivision = Subdivision::spatial;
+    BakeOptions o = exact_options();
+    o.tree.subdivision = Subdivision::five;
     EXPECT_EQ(bake(scene, o).status().code(), ErrorCode::usage);
-    o = options();
+    o = exact_options();
     o.where = {{{1000, 0, 0}, {1001, 1, 1}}};
     EXPECT_EQ(bake(scene, o).status().code(), ErrorCode::usage);
 }

@@ -420,8 +420,8 @@ TEST(Cell, WhatIsHiddenFromACellIsHandedDownToTheCellsInside) {
     std::vector<std::uint64_t> parent(1, 0);
     CellCounters counters;
     ASSERT_TRUE(solver.solve(grid_box(tree, {-6, -2, 0}, {-3, 2, 4}), parent, counters));
-    std::vector<std::uint32_t> hidden = solver.hidden_nodes();
-    ASSERT_FALSE(hidden.empty());
+    HiddenParts hidden = solver.hidden_parts();
+    ASSERT_FALSE(hidden.nodes.empty());
     for (int k = 0; k < 4; ++k) {
         GridBox cell = grid_box(tree, {-6, -2.0 + k, 0.0 + k % 2}, {-4, -1.0 + k, 2});
         std::vector<std::uint64_t> alone(1, 0), handed(1, 0);

@@ -30,10 +30,10 @@ class Builder {
     struct Solved {
         bool wanted = true; ///< false: options.where does not touch it
         ExactCell cell;
-        std::vector<std::uint32_t> hidden;
+        exact::HiddenParts hidden;
     };
 
-    bool solve(const ViewRegion& region, std::span<const std::uint32_t> hidden, Solved& solved) {
+    bool solve(const ViewRegion& region, const exact::HiddenParts& hidden, Solved& solved) {
         Box3d box = space_.spatial_box(region);
         const std::vector<Box3d>& where = exact_.options().where;
         solved.wanted = where.empty() || std::any_of(where.begin(), where.end(),

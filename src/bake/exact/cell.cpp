@@ -454,13 +454,16 @@ CellSolver::CellSolver(const SceneTree& tree, const Tracer& tracer, const CellOp
 CellSolver::~CellSolver() = default;
 
 bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible, CellCounters& counters,
-                       std::span<const std::uint32_t> hidden, const std::atomic<bool>* cancel) {
+                       const HiddenParts& hidden, const std::atomic<bool>* cancel) {
     State& s = *state_;
     const SceneTree& tree = s.tree;
     s.cancel = cancel;
     s.begin(cell, visible, counters);
-    for (std::uint32_t n : hidden)
+    for (std::uint32_t n : hidden.nodes)
         s.hide_node(n);
+    for (std::uint32_t t : hidden.triangles)
+        s.hide_triangle(t);
+    counters.triangles_hidden -= hidden.triangles.size(); // nobody asked
     s.sampler.look_around(s.options.look_around);
     s.sampler.follow(s.options.follow);
     struct Entry {
@@ -480,8 +483,6 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         s.around = queue.top().spaces;
         s.complete = nullptr;
         queue.pop();
-        if (tree.nodes()[n].count < s.options.least_asked)
-            continue;
         if (!s.open(n))
             continue;
         State::Spaces spaces = s.complete ? s.complete : s.around;
@@ -509,15 +510,13 @@ Answer CellSolver::ask_triangle(const GridBox& cell, std::uint32_t triangle, Cel
     return state_->ask_triangle(triangle, witness);
 }
 
-std::vector<std::uint32_t> CellSolver::hidden_nodes() const {
-    const SceneTree& tree = state_->tree;
-    std::vector<std::uint32_t> nodes = state_->hidden_nodes;
-    for (std::uint32_t t : state_->hidden_triangles)
-        if (std::uint32_t leaf = tree.leaf_of(t); tree.nodes()[leaf].count == 1)
-            nodes.push_back(leaf);
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
+HiddenParts CellSolver::hidden_parts() const {
+    HiddenParts parts{state_->hidden_nodes, state_->hidden_triangles};
+    for (auto* list : {&parts.nodes, &parts.triangles}) {
+        std::sort(list->begin(), list->end());
+        list->erase(std::unique(list->begin(), list->end()), list->end());
+    }
+    return parts;
 }
 
 std::vector<std::uint32_t> CellSolver::hidden_triangles() const {

@@ -30,9 +30,6 @@ struct CellOptions {
     std::uint32_t box_pieces = 20000;   ///< the same for boxes; beyond it the box is opened
     std::uint32_t window_pieces = 32;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
     std::uint32_t rays_at_box = 16;     ///< of sample_between
-    /// Nodes of fewer triangles are not asked for: what they hold stays open. For boxes around cells, of which only
-    /// hidden_nodes() is wanted; 0: everything is decided.
-    std::uint32_t least_asked = 0;
     bool virtual_occluders = true;      ///< false only to measure what they are worth
     bool windows = true;                ///< one query through two windows before the pairs of faces of a box
     bool patches = true;                ///< connected surfaces as single occluders; false only to measure
@@ -43,6 +40,12 @@ struct CellOptions {
     bool sample_between = false;        ///< aim a few rays before each query, and follow each witness
     std::uint64_t seed = 1;
     std::function<void(const QueryRecord&)> observer; ///< called after each query, from the solving thread
+};
+
+/// What no line from a cell reaches, ascending. Hidden nodes are boxes that hide all that they hold; hidden triangles say
+/// nothing of the boxes around them (one that is turned away may stand in plain sight).
+struct HiddenParts {
+    std::vector<std::uint32_t> nodes, triangles;
 };
 
 struct CellCounters {
@@ -74,16 +77,17 @@ class CellSolver {
     /// to be visible; on return every unit that is visible from some point of the cell, and no other. A unit that
     /// touches the closed cell with a side that is drawn towards it is visible by definition. A pure function of
     /// scene, cell, options and the given bits (of which the result does not depend, but the time does).
-    /// `hidden`: nodes that no line from a cell around this one reaches; as hidden_nodes() gives them.
+    /// `hidden`: what no line from a cell around this one reaches; as hidden_parts() gives it.
     /// `cancel`, asked now and then, also within queries, may stop the work: then false is returned.
     bool solve(const GridBox& cell, std::vector<std::uint64_t>& visible, CellCounters& counters,
-               std::span<const std::uint32_t> hidden = {}, const std::atomic<bool>* cancel = nullptr);
+               const HiddenParts& hidden = {}, const std::atomic<bool>* cancel = nullptr);
 
     /// One triangle on its own, with no virtual occluders but those of the last solve(): is it visible?
     Answer ask_triangle(const GridBox& cell, std::uint32_t triangle, CellCounters& counters,
                         Witness* witness = nullptr);
-    /// After solve(): the highest nodes proved hidden, ascending; nodes of single triangles among them.
-    std::vector<std::uint32_t> hidden_nodes() const;
+    /// After solve(): the highest nodes proved hidden, and the triangles outside of these proved hidden one by one; what was
+    /// handed to solve() among them.
+    HiddenParts hidden_parts() const;
     /// After solve(): triangles proved hidden (at least one box or query each). For tests.
     std::vector<std::uint32_t> hidden_triangles() const;
 

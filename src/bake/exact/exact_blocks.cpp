@@ -18,14 +18,14 @@ class BlockSolver {
         : exact_(exact), grid_(grid), cancel_(cancel) {}
 
     /// Cells of a cube of `edge` cells. False: cancelled.
-    bool solve(std::span<const std::uint64_t> cells, std::uint32_t edge, std::span<const std::uint32_t> hidden) {
+    bool solve(std::span<const std::uint64_t> cells, std::uint32_t edge, const exact::HiddenParts& hidden) {
         if (cells.size() == 1) {
             ExactCell cell = exact_.solve(grid_.cell(cells[0]), cancel_, hidden);
             bool finished = cell.finished;
             solved_[cells[0]] = std::move(cell);
             return finished;
         }
-        std::vector<std::uint32_t> proved;
+        exact::HiddenParts proved;
         Box3d around;
         for (std::uint64_t cell : cells)
             around.extend(grid_.cell(cell));

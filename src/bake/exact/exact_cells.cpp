@@ -17,9 +17,6 @@ std::uint64_t count_bits(const std::vector<std::uint64_t>& bits) {
     return count;
 }
 
-/// Boxes around cells ask for nodes of so many triangles or more.
-constexpr std::uint32_t kLeastHanded = 0;
-
 ExactStatistics work_of(const exact::CellCounters& counters) {
     return {counters.box_queries, counters.triangle_queries, counters.pairs,          counters.undecided, 0,
             counters.effective,   counters.with_effective,   counters.most_effective};
@@ -116,8 +113,8 @@ exact::GridBox ExactCells::to_grid(const Box3d& cell) const {
     return {tree_.to_grid(scene.to_local(cell.min)), tree_.to_grid(scene.to_local(cell.max))};
 }
 
-ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel, std::span<const std::uint32_t> hidden,
-                            std::vector<std::uint32_t>* proved) const {
+ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel, const exact::HiddenParts& hidden,
+                            exact::HiddenParts* proved) const {
     const Scene& scene = shared_.scene();
     Box3d local{scene.to_local(cell.min), scene.to_local(cell.max)};
     RegionSampler probe(shared_, SamplingRegion::all_directions(local), cell_key(cell));
@@ -133,7 +130,7 @@ ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel, 
     if (!result.finished)
         return result;
     if (proved)
-        *proved = solver.hidden_nodes();
+        *proved = solver.hidden_parts();
     set_rows(units, result.sample);
     const exact::SamplerCounters& sampled = counters.sampler;
     result.sample.rays += sampled.rays;
@@ -146,16 +143,14 @@ ExactCell ExactCells::solve(const Box3d& cell, const std::atomic<bool>* cancel, 
     return result;
 }
 
-bool ExactCells::hide(const Box3d& box, std::span<const std::uint32_t> hidden, std::vector<std::uint32_t>& proved,
+bool ExactCells::hide(const Box3d& box, const exact::HiddenParts& hidden, exact::HiddenParts& proved,
                       ExactStatistics& work, const std::atomic<bool>* cancel) const {
-    exact::CellOptions options = cell_options(box);
-    options.least_asked = kLeastHanded;
-    exact::CellSolver solver(tree_, shared_.tracer(), options);
+    exact::CellSolver solver(tree_, shared_.tracer(), cell_options(box));
     exact::CellCounters counters;
     std::vector<std::uint64_t> units((tree_.units().count() + 63) / 64, 0);
     if (!solver.solve(to_grid(box), units, counters, hidden, cancel))
         return false;
-    proved = solver.hidden_nodes();
+    proved = solver.hidden_parts();
     add(work, work_of(counters));
     return true;
 }

@@ -22,13 +22,13 @@ class ExactCells {
     /// A pure function of scene, options and cell (world, on the scene's grid). A cell without a viewpoint is solid.
     /// The answer speaks of every point of the closed cell, be it in free space or not.
     /// `hidden`: what hide(), or solve() by `proved`, gave for a box around the cell. It changes the cost and the
-    /// counts; not the rows, but for undecided pairs. `proved`: if given, becomes the nodes of the tree that no line from
+    /// counts; not the rows, but for undecided pairs. `proved`: if given, becomes what no line from
     /// the cell reaches, `hidden` among them.
-    ExactCell solve(const Box3d& cell, const std::atomic<bool>* cancel = nullptr, std::span<const std::uint32_t> hidden = {},
-                    std::vector<std::uint32_t>* proved = nullptr) const;
-    /// The nodes, down to some dozens of triangles, that no line from a box around several cells reaches, `hidden` among them:
+    ExactCell solve(const Box3d& cell, const std::atomic<bool>* cancel = nullptr, const exact::HiddenParts& hidden = {},
+                    exact::HiddenParts* proved = nullptr) const;
+    /// What no line from a box around several cells reaches, `hidden` among them:
     /// hidden from the box, hidden from all cells inside. Adds to `work`. False: cancelled.
-    bool hide(const Box3d& box, std::span<const std::uint32_t> hidden, std::vector<std::uint32_t>& proved, ExactStatistics& work,
+    bool hide(const Box3d& box, const exact::HiddenParts& hidden, exact::HiddenParts& proved, ExactStatistics& work,
               const std::atomic<bool>* cancel = nullptr) const;
     /// Words of a row: bits of objects, then of clusters.
     std::size_t words() const { return (bits() + 63) / 64; }
