@@ -193,7 +193,7 @@ struct OcclusionTreeOptions {
     /// same answers.
     std::uint32_t minimum_object_cost = 0;
     Retest retest = Retest::when_unmarked;
-    AreaAngle area_angle = AreaAngle::viewing_direction;
+    AreaAngle area_angle = AreaAngle::line_of_sight;
     /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest
     /// step of the eye so far, but a quarter of the scene's size at least (everything, before it has moved).
     double reach = 0;

@@ -73,6 +73,7 @@ LineRef Sight::add_edge(std::uint32_t a, std::uint32_t b) {
     const Vec3d &u = offsets_[a], &v = offsets_[b];
     Line line{cross(u, v), 16 * kUnit * size_of(u) * size_of(v), 0, false, false, a, b};
     line.size = size_of(line.n);
+    find_axis(line);
     lines_.push_back(line);
     return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
 }
@@ -106,8 +107,51 @@ LineRef Sight::add_meeting(std::uint32_t farther, std::uint32_t nearer) {
     line.error = f.n_error * g.distance + g.distance_error + g.n_error * f.distance + f.distance_error +
                  8 * kUnit * (f.distance + g.distance);
     line.size = size_of(line.n);
+    find_axis(line);
     lines_.push_back(line);
     return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
+}
+
+void Sight::find_axis(Line& line) const {
+    Vec3d known{};
+    int unknown = 0;
+    if (line.meeting) {
+        const Plane &f = planes_[line.a], &g = planes_[line.b];
+        if (f.axis == 3 || g.axis == 3 || f.axis == g.axis)
+            return;
+        line.axis = 3 - f.axis - g.axis;
+        known[f.axis] = f.at;
+        known[g.axis] = g.at;
+    } else {
+        for (int axis = 0; axis < 3; ++axis)
+            if (points_[line.a][axis] != points_[line.b][axis]) {
+                line.axis = axis;
+                ++unknown;
+            }
+        known = points_[line.a];
+        if (unknown != 1)
+            line.axis = 3;
+    }
+    line.at[0] = known[(line.axis + 1) % 3];
+    line.at[1] = known[(line.axis + 2) % 3];
+}
+
+bool Sight::meet_plainly(const Line& line, const Direction& direction) const {
+    if (line.axis == 3)
+        return false;
+    int next = (line.axis + 1) % 3, last = (line.axis + 2) % 3;
+    if (direction.point != kNoPoint)
+        return points_[direction.point][next] == line.at[0] && points_[direction.point][last] == line.at[1];
+    const Line &first = lines_[direction.first.index()], &second = lines_[direction.second.index()];
+    if (line.is_same(first) || line.is_same(second))
+        return true;
+    // Along the three axes through one point: a corner of a box.
+    if (first.axis + second.axis + line.axis != 3 || first.axis == second.axis || first.axis == line.axis ||
+        second.axis == line.axis)
+        return false;
+    return first.coordinate(line.axis) == second.coordinate(line.axis) &&
+           first.coordinate(second.axis) == line.coordinate(second.axis) &&
+           second.coordinate(first.axis) == line.coordinate(first.axis);
 }
 
 bool Sight::is_in_front(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
@@ -154,6 +198,11 @@ int Sight::side(LineRef ref, const Direction& direction) const {
     if (std::abs(value) > bound) {
         ++tally_.filtered;
         return (value > 0) != ref.turned() ? 1 : -1;
+    }
+    // Walls, floors and boxes: most of what rounding leaves open is exactly on the line, and for a simple reason.
+    if (meet_plainly(line, direction)) {
+        ++tally_.plain;
+        return 0;
     }
     return exact_side(ref, direction);
 }

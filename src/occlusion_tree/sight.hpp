@@ -41,7 +41,7 @@ struct Direction {
 inline constexpr int kUndecided = 2;
 
 struct SightTally {
-    std::uint64_t filtered = 0, exact = 0, undecided = 0;
+    std::uint64_t filtered = 0, plain = 0, exact = 0, undecided = 0;
 };
 
 class Sight {
@@ -104,6 +104,14 @@ class Sight {
         bool meeting;
         bool nowhere;       ///< the meeting of a plane with itself: nothing is in front or behind
         std::uint32_t a, b; ///< points of an edge, planes of a meeting
+        /// 0..2: the line is the picture of a straight line of the scene along that axis, where the next two coordinates (in
+        /// turn) are `at`: an edge along the axis, or the meeting of planes across the other two. 3: it is not.
+        int axis = 3;
+        double at[2] = {0, 0};
+        bool is_same(const Line& other) const {
+            return axis < 3 && axis == other.axis && at[0] == other.at[0] && at[1] == other.at[1];
+        }
+        double coordinate(int of) const { return at[of == (axis + 1) % 3 ? 0 : 1]; }
     };
     struct Plane {
         Vec3d n;         ///< unit length, towards the eye
@@ -114,6 +122,9 @@ class Sight {
         std::uint32_t a, b, c;
     };
     int exact_side(LineRef line, const Direction& direction) const;
+    void find_axis(Line& line) const;
+    /// Do lines along the axes meet in the direction because of the coordinates that they share? False says nothing.
+    bool meet_plainly(const Line& line, const Direction& direction) const;
     int settle(int sign) const;
 
     Vec3d eye_;
