@@ -44,7 +44,7 @@ bool OcclusionTree::picture_of(std::span<const std::uint32_t> loop, PicturePolyg
     // Seen from the eye the loop turns left; edges that keep the polygon on the positive side turn right.
     for (std::size_t i = loop.size(); i-- > 0;) {
         std::uint32_t next = loop[i == 0 ? loop.size() - 1 : i - 1];
-        polygon.push({sight_.toward(loop[i]), sight_.add_edge(loop[i], next), false});
+        polygon.push(sight_.toward(loop[i]), sight_.add_edge(loop[i], next), false);
     }
     return true;
 }
@@ -124,12 +124,12 @@ bool OcclusionTree::enlarge(const Work& work, std::uint32_t plane, std::uint32_t
                           static_cast<std::uint32_t>(edges)});
     std::uint32_t at = work.parent;
     for (int i = 0; i < polygon.count; ++i) {
-        fragment_edges_.push_back(polygon[i].edge);
-        if (polygon[i].flagged && form_ == TreeForm::modified)
+        fragment_edges_.push_back(polygon.edge(i));
+        if (polygon.flagged(i) && form_ == TreeForm::modified)
             continue;
         child_at(at) = static_cast<Child>(nodes_.size());
         at = static_cast<std::uint32_t>(nodes_.size()) << 1 | 1;
-        nodes_.push_back({polygon[i].edge, kOut, before});
+        nodes_.push_back({polygon.edge(i), kOut, before});
     }
     child_at(at) = in_leaf(fragments_.size() - 1);
     return true;
@@ -148,7 +148,7 @@ bool OcclusionTree::enlarge_in_front(const Work& work, std::uint32_t plane, std:
     bool positive = false, negative = false;
     PicturePolygon& polygon = pool_[work.polygon];
     for (int i = 0; i < polygon.count; ++i) {
-        int side = sight_.side(nearer, polygon[i].at);
+        int side = sight_.side(nearer, polygon.at(i));
         if (side == kUndecided)
             return false;
         sides[i] = static_cast<signed char>(side);
@@ -162,7 +162,7 @@ bool OcclusionTree::enlarge_in_front(const Work& work, std::uint32_t plane, std:
         if (other >= kMostPending || !cut(sight_, nearer, polygon, sides, &pool_[other], nullptr))
             return false;
         for (int i = 0; i < pool_[other].count; ++i) // no plane of the tree holds that edge
-            pool_[other][i].flagged &= pool_[other][i].edge.bits != nearer.bits;
+            pool_[other].facts[i].flagged &= pool_[other].edge(i).bits != nearer.bits;
         return enlarge({work.child, work.parent, other}, plane, occluder);
     }
     return enlarge(work, plane, occluder);

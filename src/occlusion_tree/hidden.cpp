@@ -46,7 +46,7 @@ bool OcclusionTree::silhouette_of(const Box3d& box, PicturePolygon& silhouette) 
     }
     silhouette.count = 0;
     for (int i = 0; i < corners; ++i)
-        silhouette.push({sight_.toward(loop[i]), sight_.add_edge(loop[i], loop[(i + 1) % corners]), false});
+        silhouette.push(sight_.toward(loop[i]), sight_.add_edge(loop[i], loop[(i + 1) % corners]), false);
     return true;
 }
 
@@ -92,7 +92,7 @@ bool OcclusionTree::is_seen(const Vec3d& point, Start start) {
 bool OcclusionTree::point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const {
     Vec3d way{};
     for (int i = 0; i < piece.count; ++i)
-        way += piece[i].at.d / piece[i].at.size;
+        way += Vec3d{piece.x[i], piece.y[i], piece.z[i]} / piece.size[i];
     double enter = 0;
     int entered = -1;
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,11 +1,14 @@
 #include "occlusion_tree/picture_polygon.hpp"
 
+#include "occlusion_tree/side_kernels.hpp"
+
 namespace antumbra {
 
 Place locate(const Sight& sight, LineRef line, PicturePolygon& polygon, signed char* sides) {
     bool positive = false, negative = false, touches = false;
+    SideMasks certain = sight.certain_sides(line, polygon);
     for (int i = 0; i < polygon.count; ++i) {
-        int side = sight.side(line, polygon[i].at);
+        int side = certain.positive >> i & 1 ? 1 : certain.negative >> i & 1 ? -1 : sight.unfiltered_side(line, polygon.at(i));
         if (side == kUndecided)
             return Place::undecided;
         sides[i] = static_cast<signed char>(side);
@@ -20,8 +23,8 @@ Place locate(const Sight& sight, LineRef line, PicturePolygon& polygon, signed c
     if (touches)
         for (int i = 0; i < polygon.count; ++i)
             if (sides[i] == 0 && sides[i + 1 == polygon.count ? 0 : i + 1] == 0) {
-                polygon[i].edge = positive ? line : -line;
-                polygon[i].flagged = true;
+                polygon.facts[i].edge = positive ? line : -line;
+                polygon.facts[i].flagged = true;
             }
     return positive ? Place::inside : Place::outside;
 }
@@ -35,20 +38,20 @@ bool cut(const Sight& sight, LineRef line, const PicturePolygon& polygon, const 
     if (outside)
         outside->count = 0;
     for (int i = 0; i < polygon.count; ++i) {
-        const Corner& corner = polygon[i];
         int here = sides[i], next = sides[i + 1 == polygon.count ? 0 : i + 1];
         // From a corner on the line each part goes on along the line where the polygon leaves it.
         if (inside && here >= 0)
-            inside->push(here == 0 && next < 0 ? Corner{corner.at, line, true} : corner);
+            here == 0 && next < 0 ? inside->push_from(polygon, i, line) : inside->push_from(polygon, i);
         if (outside && here <= 0)
-            outside->push(here == 0 && next > 0 ? Corner{corner.at, -line, true} : corner);
+            here == 0 && next > 0 ? outside->push_from(polygon, i, -line) : outside->push_from(polygon, i);
         if (here * next < 0) {
-            Direction x = sight.crossing(corner.edge, line, here < 0);
-            bool rising = here < 0;
+            bool rising = here < 0, flagged = polygon.flagged(i);
+            LineRef edge = polygon.edge(i);
+            Direction x = sight.crossing(edge, line, rising);
             if (inside)
-                inside->push(rising ? Corner{x, corner.edge, corner.flagged} : Corner{x, line, true});
+                rising ? inside->push(x, edge, flagged) : inside->push(x, line, true);
             if (outside)
-                outside->push(rising ? Corner{x, -line, true} : Corner{x, corner.edge, corner.flagged});
+                rising ? outside->push(x, -line, true) : outside->push(x, edge, flagged);
         }
     }
     return true;

@@ -3,6 +3,8 @@
 #include "geometry/predicates.hpp"
 #include "occlusion_tree/exact_number.hpp"
 
+#include <bit>
+
 namespace antumbra {
 namespace {
 
@@ -182,25 +184,42 @@ int Sight::settle(int sign) const {
     return sign;
 }
 
+/// |value - true value| <= line.error |d| + error |n| + line.error error + roundings of the dot product.
+LineFilter Sight::filter_of(const Line& line) const {
+    return {line.n, line.error + 8 * kUnit * line.size, line.size + line.error};
+}
+
+SideMasks Sight::certain_sides(LineRef ref, const PicturePolygon& polygon) const {
+    const Line& line = lines_[ref.index()];
+    if (line.nowhere)
+        return {0, 0};
+    SideMasks masks = kernel_(filter_of(line), polygon);
+    tally_.filtered += static_cast<std::uint64_t>(std::popcount(masks.positive | masks.negative));
+    return ref.turned() ? SideMasks{masks.negative, masks.positive} : masks;
+}
+
 int Sight::side(LineRef ref, const Direction& direction) const {
     const Line& line = lines_[ref.index()];
-    if (direction.point == kNoPoint) {
-        if (direction.first.index() == ref.index() || direction.second.index() == ref.index())
-            return 0;
-    } else if (!line.meeting && (direction.point == line.a || direction.point == line.b)) {
-        return 0;
-    }
     if (line.nowhere)
         return 0;
+    LineFilter filter = filter_of(line);
     double value = dot(line.n, direction.d);
-    double bound = line.error * direction.size + direction.error * line.size + line.error * direction.error +
-                   8 * kUnit * line.size * direction.size;
-    if (std::abs(value) > bound) {
+    if (std::abs(value) > direction.size * filter.size_factor + direction.error * filter.error_factor) {
         ++tally_.filtered;
         return (value > 0) != ref.turned() ? 1 : -1;
     }
+    return unfiltered_side(ref, direction);
+}
+
+int Sight::unfiltered_side(LineRef ref, const Direction& direction) const {
+    const Line& line = lines_[ref.index()];
+    bool plainly_on = line.nowhere;
+    if (direction.point == kNoPoint)
+        plainly_on |= direction.first.index() == ref.index() || direction.second.index() == ref.index();
+    else
+        plainly_on |= !line.meeting && (direction.point == line.a || direction.point == line.b);
     // Walls, floors and boxes: most of what rounding leaves open is exactly on the line, and for a simple reason.
-    if (meet_plainly(line, direction)) {
+    if (plainly_on || meet_plainly(line, direction)) {
         ++tally_.plain;
         return 0;
     }

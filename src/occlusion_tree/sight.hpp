@@ -12,6 +12,8 @@
 // of the input, never of other crossings, so that errors do not pile up.
 #pragma once
 
+#include "occlusion_tree/side_kernels.hpp"
+
 #include <antumbra/math.hpp>
 
 #include <cstdint>
@@ -78,6 +80,11 @@ class Sight {
 
     /// 1, 0, -1 or kUndecided.
     int side(LineRef line, const Direction& direction) const;
+    /// The corners of a polygon whose sides doubles decide.
+    SideMasks certain_sides(LineRef line, const PicturePolygon& polygon) const;
+    /// side() where doubles did not decide.
+    int unfiltered_side(LineRef line, const Direction& direction) const;
+    void use(SideKernel kernel) { kernel_ = kernel; }
     /// Is an input point behind the plane (1), on it (0), in front of it (-1)? Never undecided.
     int behind(std::uint32_t plane, std::uint32_t point) const;
 
@@ -121,6 +128,7 @@ class Sight {
         double at;
         std::uint32_t a, b, c;
     };
+    LineFilter filter_of(const Line& line) const;
     int exact_side(LineRef line, const Direction& direction) const;
     void find_axis(Line& line) const;
     /// Do lines along the axes meet in the direction because of the coordinates that they share? False says nothing.
@@ -133,6 +141,7 @@ class Sight {
     std::vector<Line> lines_;
     std::vector<Plane> planes_;
     mutable SightTally tally_;
+    SideKernel kernel_ = side_kernel(SideKernelKind::best);
 };
 
 } // namespace antumbra

@@ -198,7 +198,7 @@ int TreeBuilder::place(OcclusionTree& tree, const Item& item, std::uint32_t spli
     bool has_line = false;
     int place = 0;
     for (int i = 0; i < item.picture.count; ++i) {
-        const Direction& at = item.picture[i].at;
+        const Direction at = item.picture.at(i);
         int side = 0;
         if (item.whole) {
             side = sight.behind(splitter, at.point);
@@ -245,7 +245,7 @@ bool TreeBuilder::split(OcclusionTree& tree, std::uint32_t item, std::uint32_t s
         return false;
     for (PicturePolygon* piece : {&part_, &front.picture}) // no plane of the tree holds the new edges
         for (int c = 0; c < piece->count; ++c)
-            (*piece)[c].flagged = false;
+            piece->facts[c].flagged = false;
     front.plane = items_[item].plane;
     front.occluder = items_[item].occluder;
     items_[item].picture = part_;

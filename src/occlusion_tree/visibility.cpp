@@ -33,7 +33,7 @@ bool OcclusionTree::face_of(const Box3d& box, int axis, std::uint32_t& plane, Pi
     }
     face.count = 0;
     for (int i = 0; i < 4; ++i)
-        face.push({sight_.toward(loop[i]), sight_.add_edge(loop[i], loop[(i + 1) % 4]), false});
+        face.push(sight_.toward(loop[i]), sight_.add_edge(loop[i], loop[(i + 1) % 4]), false);
     return true;
 }
 
@@ -44,9 +44,9 @@ Visibility OcclusionTree::leaf_visibility(std::uint32_t surface, const PicturePo
     bool behind = false, before = false;
     for (int i = 0; i < piece.count && !(behind && before); ++i) {
         // Corners of the face itself are points of the scene; corners of occluders that got into the piece are not.
-        std::uint32_t point = piece[i].at.point;
+        std::uint32_t point = piece.point(i);
         int side = point != kNoPoint && point >= face_points_ ? sight_.behind(fragment.plane, point)
-                                                              : sight_.side(farther, piece[i].at);
+                                                              : sight_.side(farther, piece.at(i));
         behind |= side == 1 || side == kUndecided;
         before |= side == -1 || side == kUndecided;
     }
