@@ -184,6 +184,10 @@ enum class AreaAngle : std::uint8_t { viewing_direction, line_of_sight };
 /// Whether nodes that were visible in part are tested again in the next frame (Bittner, Havran, Slavik 1998, 5.4).
 enum class Retest : std::uint8_t { when_unmarked, always };
 
+/// Where `tree` begins to put a box to its occlusion tree: at the deepest node that the box around it came down to undivided,
+/// or at the leaves that the box around it reached without being hidden there. The answers are the same.
+enum class TreeStart : std::uint8_t { deepest_node, reached_leaves };
+
 /// For the methods with occlusion trees.
 struct OcclusionTreeOptions {
     /// Nodes with fewer triangles below are drawn without a test. Without CullSceneInput::triangles all are tested.
@@ -192,7 +196,11 @@ struct OcclusionTreeOptions {
     /// decided from what such tests cost and brought in the last frames, in planes tested, so that the same views give the
     /// same answers.
     std::uint32_t minimum_object_cost = 0;
+    /// `tree`: what it is worth to leave out an object besides its triangles, in shadow planes tested (some 50 ns each). Boxes
+    /// are tested where that is expected to pay; infinity: always.
+    double object_worth = 192;
     Retest retest = Retest::when_unmarked;
+    TreeStart start = TreeStart::reached_leaves;
     AreaAngle area_angle = AreaAngle::line_of_sight;
     /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest
     /// step of the eye so far, but a quarter of the scene's size at least (everything, before it has moved).

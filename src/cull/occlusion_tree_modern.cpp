@@ -3,11 +3,12 @@
 // came down to, with the point that was seen last time tried first.
 #include "cull/methods.hpp"
 #include "cull/result_bits.hpp"
-#include "cull/shadow.hpp"
+#include "cull/tree_choice.hpp"
 #include "cull/view_planes.hpp"
 #include "occlusion_tree/tree_occluders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace antumbra {
@@ -15,13 +16,9 @@ namespace {
 
 constexpr std::uint32_t kMostOccluders = 512;
 constexpr std::uint32_t kMostPlanes = 64;        ///< occluders of the stage before
-constexpr std::uint32_t kStepsPerFrame = 128;    ///< nodes of the occluder tree that a frame opens
-constexpr std::uint32_t kStepsAtOnce = 8192;     ///< at first and after a jump
-constexpr double kJump = 0.02, kStep = 0.002;    ///< of the scene's size, as for planes
 constexpr int kClasses = 24;                     ///< nodes by the logarithm of what is left below
 constexpr double kForget = 0.9;                  ///< what a frame's counts keep of the frames before
 constexpr double kQuery = 8;                     ///< what a test costs besides the planes it puts the box to, in planes
-constexpr double kObjectWorth = 64;              ///< what drawing an object costs besides its triangles, in planes
 constexpr std::uint32_t kProbeFrames = 8, kProbeShare = 4; ///< where tests do not pay: each so-manieth, to see if they do now
 
 /// What tests of nodes of one size have cost and brought, fading. Counts of planes, not times: the same views give the
@@ -32,7 +29,7 @@ struct Experience {
 
 struct Entry {
     std::uint32_t node;
-    OcclusionTree::Start start;
+    OcclusionTree::Reach reach; ///< where its children start
 };
 
 struct Candidate {
@@ -41,17 +38,15 @@ struct Candidate {
 };
 
 struct State final : ViewState::Storage {
-    State(const CullScene::Data& scene, const TreeOccluders& occluders, std::uint32_t most)
+    State(const CullScene::Data& scene, const TreeOccluders& occluders, const TreeChoice& choices, std::uint32_t most)
         : tree({.nodes = 48 * most + 1024, .lines = 48 * most + 4096, .fragments = 12 * most + 256}), builder(occluders, most),
-          seen(scene.wide.size() * kWidth, Vec3f{NAN, NAN, NAN}), left((scene.order.size() + 63) / 64), wanted(occluders.polygons.size()) {
+          seen(scene.wide.size() * kWidth, Vec3f{NAN, NAN, NAN}), left((scene.order.size() + 63) / 64), wanted(occluders.polygons.size()),
+          choice(choices, most), hidden_last(scene.always_visible.size()) {
         stack.reserve(scene.stack_bound);
-        order.reserve(2 * std::size_t(most) + ConvexGroups::kMostMembers);
-        chosen.reserve(most + ConvexGroups::kMostMembers);
+        order.reserve(2 * std::size_t(most));
+        sorted.reserve(2 * std::size_t(most));
     }
     ViewState planes;
-    OccluderSearch search;
-    bool fresh = true, partial = false;
-    Vec3d searched_from;
     OcclusionTree tree;
     TreeBuilder builder;
     std::vector<Vec3f> seen;          ///< per child of every wide node: a point of it that was unblocked
@@ -59,7 +54,9 @@ struct State final : ViewState::Storage {
     std::vector<std::uint32_t> wanted; ///< per polygon: the last frame that chose it
     std::uint32_t frame = 0;
     std::vector<Candidate> order;     ///< chosen polygons, nearest first; kept as the start for the next frame's order
-    std::vector<std::uint32_t> chosen;
+    std::vector<std::uint32_t> sorted;
+    TreeChoice::Memory choice;
+    std::vector<std::uint64_t> hidden_last; ///< by object: hidden by the tree when it last looked
     std::vector<Entry> stack;
     Experience experience[kClasses];
 };
@@ -76,6 +73,7 @@ class ModernTree final : public Culler {
             place_[data.order[i]] = i;
         for (std::uint32_t triangles : data.triangles)
             mean_triangles_ += double(triangles) / double(data.triangles.size());
+        choice_ = TreeChoice::build(data, occluders_);
         if (!data.tree_box.empty())
             size_ = std::max(1e-30, length(to_double(data.tree_box.max) - to_double(data.tree_box.min)));
     }
@@ -84,7 +82,7 @@ class ModernTree final : public Culler {
 
     void cull(const View& view, ViewState& view_state, CullResult& result) const override {
         const CullScene::Data& scene = scene_.data();
-        auto& state = view_state.storage<State>(serial_, scene, occluders_, most_);
+        auto& state = view_state.storage<State>(serial_, scene, occluders_, choice_, most_);
         planes_->cull(view, state.planes, result);
         // Parallel lines of sight meet nowhere: planes alone.
         if (result.everything || *result.reason || view.projection == Projection::orthographic || scene.wide.empty())
@@ -92,10 +90,10 @@ class ModernTree final : public Culler {
         Camera camera = camera_of(view);
         ++state.frame;
         // Where single occluders hide nearly all that is hidden the tree rests, but for a probe now and then.
-        bool rests = cost(state.experience[0]) >= chance(state.experience[0]) * (kObjectWorth + mean_triangles_);
+        bool rests = cost(state.experience[0]) >= chance(state.experience[0]) * (options_.object_worth + mean_triangles_);
         if (rests && state.frame % kProbeFrames != 0)
             return;
-        choose(camera, frustum_planes(camera, scene.tree_box), state);
+        choice_.choose(scene, camera, result.visible, state.hidden_last, most_, state.choice);
         result.counters.occluders_used = grow(camera, state, result.counters);
         walk(rests, state, result);
         finish_result(result);
@@ -104,77 +102,19 @@ class ModernTree final : public Culler {
   private:
     // -- occluders ----------------------------------------------------------------------------------------------------
 
-    double area_angle(const OccluderPolygon& polygon, const Camera& camera) const {
-        Vec3d sight = polygon.centre - camera.eye;
-        double squared = dot(sight, sight) + 0.05 * polygon.area;
-        double towards = -dot(polygon.normal, sight) / std::sqrt(squared);
-        if (towards < 0)
-            towards = polygon.double_sided ? -towards : 0;
-        return polygon.area * towards / squared;
-    }
-
-    /// The groups of the largest area-angle, by a search that is spread over frames.
-    void choose(const Camera& camera, const FrustumPlanes& planes, State& state) const {
-        const CullScene::Data& scene = scene_.data();
-        auto score_of = [&](std::uint32_t group) {
-            const ConvexGroups::Group& g = scene.groups.groups[group];
-            double sum = 0;
-            for (std::uint32_t m = g.first; m < g.first + g.count; ++m)
-                sum += area_angle(scene.occluders.polygons[scene.groups.members[m]], camera);
-            return sum;
-        };
-        double way = state.fresh ? size_ : length(camera.eye - state.searched_from);
-        bool search_all = !(way <= kJump * size_);
-        state.fresh = false;
-        if (search_all || (way > kStep * size_ && !state.search.running())) {
-            state.search.begin(scene.occluder_tree, camera.eye, 2 * most_);
-            state.searched_from = camera.eye;
-        }
-        state.partial = search_all || (state.partial && state.search.running());
-        if (state.search.running())
-            state.search.advance(scene.occluder_tree, search_all ? kStepsAtOnce : state.partial ? 16 * kStepsPerFrame : kStepsPerFrame,
-                                 score_of);
-        state.chosen.clear();
-        SightStart sight = sight_start(camera, scene.tree_box);
-        Box3d start = near_box(camera);
-        start.extend(camera.eye);
-        for (std::uint32_t group : state.partial ? state.search.found_so_far() : state.search.found()) {
-            if (state.chosen.size() >= most_)
-                break;
-            const ConvexGroups::Group& g = scene.groups.groups[group];
-            if (!is_in_view(g.box, planes))
-                continue;
-            for (std::uint32_t m = g.first; m < g.first + g.count && state.chosen.size() < most_; ++m)
-                if (is_usable(scene.groups.members[m], sight, start))
-                    state.chosen.push_back(scene.groups.members[m]);
-        }
-    }
-
-    static bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
-        for (int i = 0; i < planes.count; ++i) {
-            const float* n = planes.normal[i];
-            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-            if (sum + planes.offset[i] < 0)
-                return false;
-        }
-        return true;
-    }
-
-    bool is_usable(std::uint32_t occluder, const SightStart& sight, const Box3d& start) const {
-        const OccluderSet& set = scene_.data().occluders;
-        const OccluderPolygon& polygon = set.polygons[occluder];
-        int side = facing(polygon, sight.camera);
-        if (side == 0 || !is_beyond_near(polygon, side, sight))
-            return false;
-        return !polygon.synthetic || !to_double(set.solids[polygon.solid].shell).overlaps(start);
+    /// Around the picture, by a little more than what rounding can do: boxes need to be hidden only as far as they are in view.
+    std::array<Vec3d, 4> window_of(const Camera& camera) const {
+        double distance = std::max(size_, length(camera.eye)), grown = 1 + 1e-6 + 4 * camera.turn;
+        Vec3d right = camera.right * (camera.half_width * grown), up = camera.up * (camera.half_height * grown);
+        auto at = [&](double x, double y) { return camera.eye + (camera.forward + right * x + up * y) * distance; };
+        return {at(-1, 1), at(1, 1), at(1, -1), at(-1, -1)};
     }
 
     /// The tree of this frame. The last frame's order, which is nearly right, is mended by insertion: a view that
     /// moves little sorts in linear time. Any order gives a right tree; one from near to far gives a small one.
     std::uint32_t grow(const Camera& camera, State& state, CullCounters& counters) const {
         const OccluderSet& set = scene_.data().occluders;
-        for (std::uint32_t polygon : state.chosen)
+        for (std::uint32_t polygon : state.choice.chosen)
             state.wanted[polygon] = 2 * state.frame;
         std::size_t kept = 0;
         for (const Candidate& old : state.order)
@@ -183,7 +123,7 @@ class ModernTree final : public Culler {
                 state.order[kept++] = old;
             }
         state.order.resize(kept);
-        for (std::uint32_t polygon : state.chosen)
+        for (std::uint32_t polygon : state.choice.chosen)
             if (state.wanted[polygon] == 2 * state.frame)
                 state.order.push_back({0, polygon});
         for (Candidate& one : state.order) {
@@ -199,11 +139,12 @@ class ModernTree final : public Culler {
                 state.order[at] = state.order[at - 1];
             state.order[at] = one;
         }
-        state.chosen.clear();
+        state.sorted.clear();
         for (const Candidate& one : state.order)
-            state.chosen.push_back(one.polygon);
+            state.sorted.push_back(one.polygon);
         state.tree.begin(camera.eye, size_, TreeForm::modified);
-        std::uint32_t used = state.builder.insert(state.tree, state.chosen, TreeBuilder::Order::as_given);
+        state.tree.look_through(window_of(camera));
+        std::uint32_t used = state.builder.insert(state.tree, state.sorted, TreeBuilder::Order::as_given);
         counters.tree_nodes = state.tree.node_count();
         counters.tree_fragments = state.tree.fragment_count();
         counters.budget_spent = state.tree.ran_out();
@@ -246,7 +187,7 @@ class ModernTree final : public Culler {
         const std::vector<std::uint32_t>& triangles = scene_.data().triangles;
         if (!triangles.empty() && triangles[index] < options_.minimum_object_cost)
             return false;
-        return cost(object) < chance(object) * (kObjectWorth + (triangles.empty() ? 0 : triangles[index]));
+        return cost(object) < chance(object) * (options_.object_worth + (triangles.empty() ? 0 : triangles[index]));
     }
 
     void walk(bool probe, State& state, CullResult& result) const {
@@ -261,10 +202,11 @@ class ModernTree final : public Culler {
         Experience now[kClasses];
         state.stack.clear();
         if (state.tree.fragment_count() > 0)
-            state.stack.push_back({0, state.tree.root()});
+            state.stack.push_back({0, state.tree.whole_picture()});
         while (!state.stack.empty()) {
             Entry entry = state.stack.back();
             state.stack.pop_back();
+            state.tree.release(entry.reach);
             const CullNode& node = scene.wide[entry.node];
             ++counters.nodes_visited;
             for (std::uint32_t slot = 0; slot < node.used; ++slot) {
@@ -274,17 +216,17 @@ class ModernTree final : public Culler {
                 bool object = node.child[slot] & kObjectChild;
                 auto size = object ? 0 : std::min(kClasses - 1, static_cast<int>(std::bit_width(left)));
                 Box3d box = to_double(node.box(static_cast<int>(slot)));
-                OcclusionTree::Start start = object ? entry.start : state.tree.descend(box, entry.start);
+                OcclusionTree::Reach reach = object ? entry.reach : state.tree.narrow(box, entry.reach);
                 bool test = object ? object_pays(state.experience[0], node.child[slot] & ~kObjectChild) ||
                                          (probe && (node.child[slot] + state.frame / kProbeFrames) % kProbeShare == 0)
                                    : node_pays(state.experience[size], state.experience[0], left);
                 counters.tests_saved += !test;
-                if (test && is_hidden(box, start, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size],
+                if (test && is_hidden(box, reach, object, state.seen[std::size_t(entry.node) * kWidth + slot], state, now[size],
                                       counters.tree_queries)) {
                     ++counters.hidden_by_tree;
                     clear_left(state, node.first[slot], node.count[slot]);
                 } else if (!object) {
-                    state.stack.push_back({node.child[slot], start});
+                    state.stack.push_back({node.child[slot], reach});
                 }
                 counters.tree_tests += test;
             }
@@ -298,13 +240,15 @@ class ModernTree final : public Culler {
         take_left(state, result);
     }
 
-    bool is_hidden(const Box3d& box, OcclusionTree::Start start, Vec3f& seen, State& state, Experience& now,
+    /// `reach`: where to start, and then where boxes within may start.
+    bool is_hidden(const Box3d& box, OcclusionTree::Reach& reach, bool object, Vec3f& seen, State& state, Experience& now,
                    std::uint64_t& queries) const {
         std::uint64_t before = state.tree.planes_tested();
         bool hidden = false;
-        if (!(box.contains(to_double(seen)) && state.tree.is_seen(to_double(seen), start))) {
+        if (!(box.contains(to_double(seen)) && state.tree.is_seen(to_double(seen), reach))) {
             Vec3d point{NAN, NAN, NAN};
-            hidden = state.tree.hides(box, start, &point);
+            bool keeps = !object && options_.start == TreeStart::reached_leaves;
+            hidden = state.tree.hides(box, OcclusionTree::Reach(reach), &point, keeps ? &reach : nullptr);
             ++queries;
             seen = {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)};
         }
@@ -314,12 +258,15 @@ class ModernTree final : public Culler {
         return hidden;
     }
 
-    void take_left(const State& state, CullResult& result) const {
+    void take_left(State& state, CullResult& result) const {
         const CullScene::Data& scene = scene_.data();
+        state.hidden_last = result.visible;
         std::copy(scene.always_visible.begin(), scene.always_visible.end(), result.visible.begin());
         for (std::size_t word = 0; word < state.left.size(); ++word)
             for (std::uint64_t rest = state.left[word]; rest; rest &= rest - 1)
                 mark_visible(result, scene.order[word * 64 + static_cast<std::size_t>(std::countr_zero(rest))]);
+        for (std::size_t word = 0; word < state.hidden_last.size(); ++word)
+            state.hidden_last[word] &= ~result.visible[word];
     }
 
     CullScene scene_;
@@ -329,6 +276,7 @@ class ModernTree final : public Culler {
     double size_ = 1, mean_triangles_ = 0;
     std::uint64_t serial_;
     TreeOccluders occluders_;
+    TreeChoice choice_;
     std::vector<std::uint32_t> place_; ///< of an object in CullScene::Data::order
 };
 

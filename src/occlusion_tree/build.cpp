@@ -1,10 +1,11 @@
 // Building the tree: polygons are filtered down to the leaves and enlarge the tree there (sections 4.1, 5 and 6.1).
 #include "occlusion_tree/occlusion_tree.hpp"
 
+#include <numeric>
+
 namespace antumbra {
 namespace {
 
-constexpr std::size_t kMostPending = 512;   ///< pieces of one polygon under way
 constexpr std::size_t kMostPoints = 1u << 15;
 
 } // namespace
@@ -17,6 +18,10 @@ OcclusionTree::OcclusionTree(const OcclusionTreeLimits& limits) : limits_(limits
     stack_.reserve(kMostPending);
     unsplit_stack_.reserve(limits.nodes + 1);
     pool_.resize(kMostPending);
+    slots_.resize(kMostPending);
+    std::iota(slots_.begin(), slots_.end(), std::uint16_t(0));
+    reached_.reserve(kMostReached);
+    reached_lines_.reserve(4 * kMostReached);
 }
 
 void OcclusionTree::begin(const Vec3d& eye, double size, TreeForm form) {
@@ -28,6 +33,8 @@ void OcclusionTree::begin(const Vec3d& eye, double size, TreeForm form) {
     fragments_.clear();
     fragment_edges_.clear();
     planes_tested_ = 0;
+    reached_.assign(1, {kOut, 0, 0});
+    reached_lines_.clear();
 }
 
 OcclusionTree::Child& OcclusionTree::child_at(std::uint32_t parent) {
@@ -49,8 +56,16 @@ bool OcclusionTree::picture_of(std::span<const std::uint32_t> loop, PicturePolyg
     return true;
 }
 
+bool OcclusionTree::cut_in_pool(LineRef line, std::uint32_t polygon, const signed char* sides) {
+    std::uint32_t inside = polygon + 1, outside = polygon + 2;
+    if (outside >= kMostPending || !cut(sight_, line, pool(polygon), sides, &pool(inside), &pool(outside)))
+        return false;
+    std::swap(slots_[polygon], slots_[outside]);
+    return true;
+}
+
 bool OcclusionTree::insert(std::span<const std::uint32_t> loop, std::uint32_t plane, std::uint32_t occluder) {
-    if (!picture_of(loop, pool_[0])) {
+    if (!picture_of(loop, pool(0))) {
         ran_out_ = true;
         return false;
     }
@@ -58,11 +73,11 @@ bool OcclusionTree::insert(std::span<const std::uint32_t> loop, std::uint32_t pl
 }
 
 bool OcclusionTree::insert(const PicturePolygon& polygon, std::uint32_t plane, std::uint32_t occluder) {
-    pool_[0] = polygon;
+    pool(0) = polygon;
     return filter_down(plane, occluder);
 }
 
-/// Figure 3 of the paper, with a stack of our own. The polygon is in pool_[0].
+/// Figure 3 of the paper, with a stack of our own. The polygon is in pool(0).
 bool OcclusionTree::filter_down(std::uint32_t plane, std::uint32_t occluder) {
     signed char sides[PicturePolygon::kMost];
     bool whole = true;
@@ -76,25 +91,17 @@ bool OcclusionTree::filter_down(std::uint32_t plane, std::uint32_t occluder) {
             const Node& node = nodes_[static_cast<std::size_t>(work.child)];
             std::uint32_t at = static_cast<std::uint32_t>(work.child) << 1;
             ++planes_tested_;
-            switch (locate(sight_, node.line, pool_[work.polygon], sides)) {
+            switch (locate(sight_, node.line, pool(work.polygon), sides)) {
             case Place::inside: work = {node.inside, at | 1, work.polygon}; break;
             case Place::outside: work = {node.outside, at, work.polygon}; break;
             case Place::both: {
-                // The outer part takes the place of the whole, the inner one the next place: the stack holds the rest.
-                std::uint32_t other = work.polygon + 1;
-                if (other + 1 >= kMostPending) {
-                    done = true;
-                    whole = false;
-                    break;
-                }
-                pool_[other + 1] = pool_[work.polygon];
-                if (!cut(sight_, node.line, pool_[other + 1], sides, &pool_[other], &pool_[work.polygon])) {
+                if (!cut_in_pool(node.line, work.polygon, sides)) {
                     done = true;
                     whole = false;
                     break;
                 }
                 stack_.push_back({node.outside, at, work.polygon});
-                work = {node.inside, at | 1, other};
+                work = {node.inside, at | 1, work.polygon + 1};
                 break;
             }
             case Place::undecided:
@@ -114,7 +121,7 @@ bool OcclusionTree::filter_down(std::uint32_t plane, std::uint32_t occluder) {
 
 /// New nodes for the edges that are not flagged (for all, in the plain form), and in the innermost place the fragment.
 bool OcclusionTree::enlarge(const Work& work, std::uint32_t plane, std::uint32_t occluder) {
-    const PicturePolygon& polygon = pool_[work.polygon];
+    const PicturePolygon& polygon = pool(work.polygon);
     auto edges = static_cast<std::size_t>(polygon.count);
     if (nodes_.size() + edges > limits_.nodes || fragments_.size() == limits_.fragments ||
         fragment_edges_.size() + edges > fragment_edges_.capacity())
@@ -146,7 +153,7 @@ bool OcclusionTree::enlarge_in_front(const Work& work, std::uint32_t plane, std:
     signed char sides[PicturePolygon::kMost];
     LineRef nearer = sight_.add_meeting(there, plane); // positive: what is there is farther
     bool positive = false, negative = false;
-    PicturePolygon& polygon = pool_[work.polygon];
+    PicturePolygon& polygon = pool(work.polygon);
     for (int i = 0; i < polygon.count; ++i) {
         int side = sight_.side(nearer, polygon.at(i));
         if (side == kUndecided)
@@ -159,10 +166,10 @@ bool OcclusionTree::enlarge_in_front(const Work& work, std::uint32_t plane, std:
         return true;
     if (negative) {
         std::uint32_t other = work.polygon + 1;
-        if (other >= kMostPending || !cut(sight_, nearer, polygon, sides, &pool_[other], nullptr))
+        if (other >= kMostPending || !cut(sight_, nearer, polygon, sides, &pool(other), nullptr))
             return false;
-        for (int i = 0; i < pool_[other].count; ++i) // no plane of the tree holds that edge
-            pool_[other].facts[i].flagged &= pool_[other].edge(i).bits != nearer.bits;
+        for (int i = 0; i < pool(other).count; ++i) // no plane of the tree holds that edge
+            pool(other).facts[i].flagged &= pool(other).edge(i).bits != nearer.bits;
         return enlarge({work.child, work.parent, other}, plane, occluder);
     }
     return enlarge(work, plane, occluder);

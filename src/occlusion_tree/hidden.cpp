@@ -5,8 +5,6 @@
 namespace antumbra {
 namespace {
 
-constexpr std::size_t kMostPending = 512;
-
 /// Corners of the outline for one, two and three visible faces. Bits of a corner: 1, 2, 4 turn to the far side along
 /// the first, second and third axis of the box, visible ones first.
 constexpr std::uint8_t kOutline[3][6] = {{0, 2, 6, 4, 0, 0}, {2, 6, 4, 5, 1, 0}, {1, 3, 2, 6, 4, 5}};
@@ -110,58 +108,88 @@ bool OcclusionTree::point_in_sight(const Box3d& box, const PicturePolygon& piece
     return box.contains(seen);
 }
 
-bool OcclusionTree::hides(const Box3d& box, Start start, Vec3d* seen) {
-    if (start.child == kOut || box.contains(sight_.eye()))
-        return false;
+/// Does the part of the box that lies in a piece of its outline lie behind the fragment's plane? A line of sight enters the
+/// box at the farthest of the planes of the faces that show.
+bool OcclusionTree::is_behind_in(const Box3d& box, const Fragment& fragment, const PicturePolygon& piece, std::size_t free) {
     Sight::Mark mark = sight_.mark();
-    if (!silhouette_of(box, pool_[0]))
-        return visibility_by_faces(box) == Visibility::invisible;
+    std::uint64_t all = (std::uint64_t(1) << piece.count) - 1, before = all;
+    bool behind = false;
+    for (int axis = 0; axis < 3 && !behind; ++axis) {
+        double eye = sight_.eye()[axis];
+        if (!(eye < box.min[axis]) && !(eye > box.max[axis]))
+            continue;
+        std::uint32_t face = sight_.add_axis_plane(axis, eye < box.min[axis] ? box.min[axis] : box.max[axis]);
+        SideMasks farther = sight_.certain_sides(sight_.add_meeting(face, fragment.plane), piece);
+        ++planes_tested_;
+        behind = farther.positive == all;
+        before &= farther.negative;
+    }
+    sight_.forget(mark);
+    if (behind || before != 0)
+        return behind;
+    // Some faces here, some there.
+    LineRef lines[PicturePolygon::kMost];
+    std::size_t count = 0;
+    for (int i = 0; i < piece.count; ++i)
+        if (piece.flagged(i)) // the others are of the outline
+            lines[count++] = piece.edge(i);
+    planes_tested_ += 3 * count;
+    return misses_pyramid(box, fragment.plane, {lines, count}, free);
+}
+
+/// Of the work on the stack. If it is not all hidden, `shown` is what shows, or cannot be decided; the rest stays on the stack.
+bool OcclusionTree::all_hidden(const Box3d& box, Vec3d* seen, Work& shown) {
     signed char sides[PicturePolygon::kMost];
-    bool hidden = true;
-    stack_.clear();
-    stack_.push_back({start.child, kRoot, 0});
-    while (hidden && !stack_.empty()) {
+    while (!stack_.empty()) {
         Work work = stack_.back();
         stack_.pop_back();
-        while (hidden && work.child >= 0) {
+        shown = work;
+        while (work.child >= 0) {
             const Node& node = nodes_[static_cast<std::size_t>(work.child)];
+            shown = work;
             ++planes_tested_;
-            Place place = locate(sight_, node.line, pool_[work.polygon], sides);
-            if (place == Place::undecided) {
-                hidden = false;
-            } else if (place == Place::both) {
-                std::uint32_t other = work.polygon + 1;
-                pool_[other + 1] = pool_[work.polygon];
-                hidden = other + 2 < kMostPending &&
-                         cut(sight_, node.line, pool_[other + 1], sides, &pool_[other], &pool_[work.polygon]);
+            Place place = locate(sight_, node.line, pool(work.polygon), sides);
+            if (place == Place::undecided)
+                return false;
+            if (place == Place::both) {
+                if (!cut_in_pool(node.line, work.polygon, sides))
+                    return false;
                 stack_.push_back({node.outside, kRoot, work.polygon});
-                work = {node.inside, kRoot, other};
+                work = {node.inside, kRoot, work.polygon + 1};
             } else {
                 work.child = place == Place::inside ? node.inside : node.outside;
             }
         }
-        if (!hidden)
-            break;
-        bool here = false;
+        shown = work;
         if (work.child != kOut) {
             const Fragment& fragment = fragments_[fragment_of(work.child)];
             Sight::Range range = sight_.plane_range(fragment.plane, box);
-            // Where the plane crosses the box, what lies in the fragment's frustum decides.
-            here = range.most < 0;
-            if (!here && range.least < 0) {
-                // A point in front is found without splitting, mostly.
-                Vec3d point;
-                if (!point_in_sight(box, pool_[work.polygon], point) || !is_before(fragment, point))
-                    here = misses_pyramid(box, fragment, work.polygon + 1);
-            }
-        }
-        if (!here && seen) {
+            if (range.most < 0)
+                continue;
+            // Where the plane crosses the box, what lies in the fragment's frustum decides. A point in front is found without
+            // splitting, mostly.
             Vec3d point;
-            if (point_in_sight(box, pool_[work.polygon], point))
-                *seen = point;
+            if (range.least < 0 && !(point_in_sight(box, pool(work.polygon), point) && is_before(fragment, point)) &&
+                is_behind_in(box, fragment, pool(work.polygon), work.polygon + 1))
+                continue;
         }
-        hidden = here;
+        Vec3d point;
+        if (seen && point_in_sight(box, pool(work.polygon), point))
+            *seen = point;
+        return false;
     }
+    return true;
+}
+
+bool OcclusionTree::hides(const Box3d& box, Start start, Vec3d* seen) {
+    if (start.child == kOut || box.contains(sight_.eye()))
+        return false;
+    Sight::Mark mark = sight_.mark();
+    if (!silhouette_of(box, pool(0)))
+        return visibility_by_faces(box) == Visibility::invisible;
+    stack_.assign(1, {start.child, kRoot, 0});
+    Work shown;
+    bool hidden = all_hidden(box, seen, shown);
     sight_.forget(mark);
     return hidden;
 }

@@ -12,6 +12,7 @@
 
 #include "occlusion_tree/picture_polygon.hpp"
 
+#include <array>
 #include <span>
 
 namespace antumbra {
@@ -72,6 +73,25 @@ class OcclusionTree {
     /// occluders came front to back, else conservative. If not hidden, `seen` (may be nullptr) becomes a point of the box
     /// for is_seen() in later frames, or stays as it is if none is at hand.
     bool hides(const Box3d& box, Start start, Vec3d* seen);
+
+    /// Another place to start: the leaves, and the nodes not looked into yet, that a box reached without being hidden, each
+    /// with the part of the picture in which it was reached. Lives until release() of a reach from before it.
+    struct Reach {
+        std::uint32_t first, count;
+    };
+    Reach whole_picture();
+    /// What lies outside of this convex window does not count from now on: whole_picture() is what is seen through it. After
+    /// begin(); corners clockwise as the eye sees them.
+    void look_through(const std::array<Vec3d, 4>& window);
+    /// hides() from there, for a box within the one that reached it (or any, from whole_picture()). If the box is not hidden and
+    /// `reached` is not nullptr, that becomes where boxes within this one may start.
+    bool hides(const Box3d& box, Reach from, Vec3d* seen, Reach* reached);
+    /// Where a box within that of `from` can be, as far as bounds tell, without asking whether it is hidden.
+    Reach narrow(const Box3d& box, Reach from);
+    bool is_seen(const Vec3d& point, Reach from);
+    /// Forgets all reaches that came after this one.
+    void release(Reach last);
+
     /// Certainly unblocked? Then no box with this point in it, within the region of `start`, is hidden. Cheap.
     bool is_seen(const Vec3d& point, Start start);
 
@@ -100,7 +120,16 @@ class OcclusionTree {
         std::uint32_t polygon; ///< in pool_
     };
     static constexpr std::uint32_t kRoot = 0xFFFFFFFFu;
+    static constexpr std::uint32_t kMostPending = 512; ///< pieces of one polygon under way
+    struct Reached {
+        Child child;
+        std::uint32_t first_line, lines; ///< bounds of that part of the picture, into reached_lines_
+    };
+    static constexpr std::uint32_t kMostReached = 4096;
 
+    PicturePolygon& pool(std::size_t i) { return pool_[slots_[i]]; }
+    /// The outer part takes the place of the polygon, the inner one the next place: the stack holds the rest.
+    bool cut_in_pool(LineRef line, std::uint32_t polygon, const signed char* sides);
     bool filter_down(std::uint32_t plane, std::uint32_t occluder);
     /// Replaces the leaf `work.child` by the occlusion volume of the polygon.
     bool enlarge(const Work& work, std::uint32_t plane, std::uint32_t occluder);
@@ -111,10 +140,19 @@ class OcclusionTree {
     /// The face of the box across `axis` that the eye sees; false if there is none, or without area.
     bool face_of(const Box3d& box, int axis, std::uint32_t& plane, PicturePolygon& face);
     Visibility visibility_of(std::uint32_t plane);
-    Visibility leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, const Fragment& fragment);
+    /// `plane`: of the occluder there.
+    Visibility leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, std::uint32_t plane);
+    std::span<const LineRef> edges_of(const Fragment& fragment) const {
+        return {fragment_edges_.data() + fragment.first_edge, fragment.edges};
+    }
     /// Uses the pool from `free` on.
-    bool misses_pyramid(const Box3d& box, const Fragment& fragment, std::size_t free);
+    bool misses_pyramid(const Box3d& box, std::uint32_t plane, std::span<const LineRef> edges, std::size_t free);
+    bool is_behind_in(const Box3d& box, const Fragment& fragment, const PicturePolygon& piece, std::size_t free);
     bool silhouette_of(const Box3d& box, PicturePolygon& silhouette);
+    bool all_hidden(const Box3d& box, Vec3d* seen, Work& shown);
+    bool clip(PicturePolygon& polygon, const Reached& place);
+    bool keep(Child child, const PicturePolygon& piece);
+    bool keep(const Reached& place);
     bool point_in_sight(const Box3d& box, const PicturePolygon& piece, Vec3d& seen) const;
     bool is_before(const Fragment& fragment, const Vec3d& point) const;
 
@@ -129,6 +167,10 @@ class OcclusionTree {
     std::vector<Work> stack_;
     std::vector<Child> unsplit_stack_;
     std::vector<PicturePolygon> pool_; ///< polygons of the work under way
+    std::vector<std::uint16_t> slots_; ///< where in pool_ they are
+    PicturePolygon silhouette_, clipped_;
+    std::vector<Reached> reached_;
+    std::vector<LineRef> reached_lines_;
     std::uint32_t face_points_ = 0;    ///< points from here on are corners of the face under way
     std::uint64_t planes_tested_ = 0;
 };

@@ -5,8 +5,11 @@
 namespace antumbra {
 
 Place locate(const Sight& sight, LineRef line, PicturePolygon& polygon, signed char* sides) {
-    bool positive = false, negative = false, touches = false;
     SideMasks certain = sight.certain_sides(line, polygon);
+    std::uint64_t all = (std::uint64_t(1) << polygon.count) - 1;
+    if (certain.positive == all || certain.negative == all)
+        return certain.positive == all ? Place::inside : Place::outside;
+    bool positive = false, negative = false, touches = false;
     for (int i = 0; i < polygon.count; ++i) {
         int side = certain.positive >> i & 1 ? 1 : certain.negative >> i & 1 ? -1 : sight.unfiltered_side(line, polygon.at(i));
         if (side == kUndecided)

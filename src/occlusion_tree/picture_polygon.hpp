@@ -63,7 +63,7 @@ struct PicturePolygon {
 /// Where a polygon lies: only strict sides count, so that a polygon that touches a line is wholly on one side.
 enum class Place : std::uint8_t { inside, outside, both, undecided };
 
-/// Sides of the corners, and from them the place of the polygon. If the polygon is on one side, edges that lie in
+/// The place of a polygon and, if it is on both sides, the sides of its corners. If the polygon is on one side, edges that lie in
 /// `line` become `line` and are flagged.
 Place locate(const Sight& sight, LineRef line, PicturePolygon& polygon, signed char* sides);
 

@@ -2,8 +2,7 @@
 
 #include "geometry/predicates.hpp"
 #include "occlusion_tree/exact_number.hpp"
-
-#include <bit>
+#include "occlusion_tree/picture_polygon.hpp"
 
 namespace antumbra {
 namespace {
@@ -138,22 +137,58 @@ void Sight::find_axis(Line& line) const {
     line.at[1] = known[(line.axis + 2) % 3];
 }
 
+bool Sight::contains(const Plane& plane, const Vec3d& point) const {
+    if (plane.axis < 3)
+        return point[plane.axis] == plane.at;
+    const Vec3d &a = points_[plane.a], &b = points_[plane.b], &c = points_[plane.c];
+    return point == a || point == b || point == c || orient3d(a, b, c, point) == 0;
+}
+
+/// The straight line of the scene that a line is the picture of.
+bool Sight::contains(const Line& line, const Vec3d& point) const {
+    if (line.axis < 3)
+        return point[(line.axis + 1) % 3] == line.at[0] && point[(line.axis + 2) % 3] == line.at[1];
+    if (line.meeting)
+        return contains(planes_[line.a], point) && contains(planes_[line.b], point);
+    return point == points_[line.a] || point == points_[line.b];
+}
+
+/// Of two straight lines of the scene, where coordinates or corners show it.
+int Sight::common_points(const Line& u, const Line& v, Vec3d* points) const {
+    int count = 0;
+    if (u.axis < 3 && v.axis < 3) {
+        int third = 3 - u.axis - v.axis;
+        if (u.axis != v.axis && u.coordinate(third) == v.coordinate(third)) {
+            points[0][u.axis] = v.coordinate(u.axis);
+            points[0][v.axis] = u.coordinate(v.axis);
+            points[0][third] = u.coordinate(third);
+            count = 1;
+        }
+        return count;
+    }
+    for (const Line* edge : {&u, &v}) {
+        if (edge->meeting || edge->axis < 3)
+            continue;
+        for (std::uint32_t end : {edge->a, edge->b})
+            if (contains(edge == &u ? v : u, points_[end]))
+                points[count++] = points_[end];
+    }
+    return count;
+}
+
 bool Sight::meet_plainly(const Line& line, const Direction& direction) const {
-    if (line.axis == 3)
-        return false;
-    int next = (line.axis + 1) % 3, last = (line.axis + 2) % 3;
     if (direction.point != kNoPoint)
-        return points_[direction.point][next] == line.at[0] && points_[direction.point][last] == line.at[1];
+        return contains(line, points_[direction.point]);
     const Line &first = lines_[direction.first.index()], &second = lines_[direction.second.index()];
     if (line.is_same(first) || line.is_same(second))
         return true;
-    // Along the three axes through one point: a corner of a box.
-    if (first.axis + second.axis + line.axis != 3 || first.axis == second.axis || first.axis == line.axis ||
-        second.axis == line.axis)
-        return false;
-    return first.coordinate(line.axis) == second.coordinate(line.axis) &&
-           first.coordinate(second.axis) == line.coordinate(second.axis) &&
-           second.coordinate(first.axis) == line.coordinate(first.axis);
+    // Pictures of straight lines through one point of the scene: a corner of a box, of a polygon.
+    Vec3d points[4];
+    for (const Line* other : {&second, &line})
+        for (int i = 0, count = common_points(first, *other, points); i < count; ++i)
+            if (contains(other == &line ? second : line, points[i]))
+                return true;
+    return false;
 }
 
 bool Sight::is_in_front(const Vec3d& a, const Vec3d& b, const Vec3d& c) const {
@@ -191,10 +226,10 @@ LineFilter Sight::filter_of(const Line& line) const {
 
 SideMasks Sight::certain_sides(LineRef ref, const PicturePolygon& polygon) const {
     const Line& line = lines_[ref.index()];
+    tally_.asked += static_cast<std::uint64_t>(polygon.count);
     if (line.nowhere)
         return {0, 0};
     SideMasks masks = kernel_(filter_of(line), polygon);
-    tally_.filtered += static_cast<std::uint64_t>(std::popcount(masks.positive | masks.negative));
     return ref.turned() ? SideMasks{masks.negative, masks.positive} : masks;
 }
 
@@ -202,12 +237,11 @@ int Sight::side(LineRef ref, const Direction& direction) const {
     const Line& line = lines_[ref.index()];
     if (line.nowhere)
         return 0;
+    ++tally_.asked;
     LineFilter filter = filter_of(line);
     double value = dot(line.n, direction.d);
-    if (std::abs(value) > direction.size * filter.size_factor + direction.error * filter.error_factor) {
-        ++tally_.filtered;
+    if (std::abs(value) > direction.size * filter.size_factor + direction.error * filter.error_factor)
         return (value > 0) != ref.turned() ? 1 : -1;
-    }
     return unfiltered_side(ref, direction);
 }
 
@@ -268,10 +302,9 @@ int Sight::behind(std::uint32_t index, std::uint32_t point) const {
     const Vec3d& offset = offsets_[point];
     double value = dot(plane.n, offset) + plane.distance;
     double bound = norm(offset) * (plane.n_error + 8 * kUnit) + plane.distance_error + 8 * kUnit * plane.distance;
-    if (std::abs(value) > bound) {
-        ++tally_.filtered;
+    ++tally_.asked;
+    if (std::abs(value) > bound)
         return value > 0 ? -1 : 1;
-    }
     ++tally_.exact;
     return -orient3d(points_[plane.a], points_[plane.b], points_[plane.c], points_[point]);
 }

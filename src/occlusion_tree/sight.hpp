@@ -43,7 +43,10 @@ struct Direction {
 inline constexpr int kUndecided = 2;
 
 struct SightTally {
-    std::uint64_t filtered = 0, plain = 0, exact = 0, undecided = 0;
+    std::uint64_t asked = 0;     ///< signs
+    std::uint64_t plain = 0;     ///< zeros because of shared coordinates or lines
+    std::uint64_t exact = 0, undecided = 0; ///< by exact numbers; the rest was certain in doubles
+    std::uint64_t filtered() const { return asked - plain - exact - undecided; }
 };
 
 class Sight {
@@ -116,7 +119,9 @@ class Sight {
         int axis = 3;
         double at[2] = {0, 0};
         bool is_same(const Line& other) const {
-            return axis < 3 && axis == other.axis && at[0] == other.at[0] && at[1] == other.at[1];
+            if (axis < 3)
+                return axis == other.axis && at[0] == other.at[0] && at[1] == other.at[1];
+            return meeting == other.meeting && ((a == other.a && b == other.b) || (a == other.b && b == other.a));
         }
         double coordinate(int of) const { return at[of == (axis + 1) % 3 ? 0 : 1]; }
     };
@@ -131,7 +136,10 @@ class Sight {
     LineFilter filter_of(const Line& line) const;
     int exact_side(LineRef line, const Direction& direction) const;
     void find_axis(Line& line) const;
-    /// Do lines along the axes meet in the direction because of the coordinates that they share? False says nothing.
+    bool contains(const Plane& plane, const Vec3d& point) const;
+    bool contains(const Line& line, const Vec3d& point) const;
+    int common_points(const Line& u, const Line& v, Vec3d* points) const;
+    /// Is the direction on the line because of coordinates or corners that they share? False says nothing.
     bool meet_plainly(const Line& line, const Direction& direction) const;
     int settle(int sign) const;
 

@@ -4,8 +4,6 @@
 namespace antumbra {
 namespace {
 
-constexpr std::size_t kMostPending = 512;
-
 bool holds(const Box3d& box, const Vec3d& eye) { return box.contains(eye); }
 
 } // namespace
@@ -38,14 +36,14 @@ bool OcclusionTree::face_of(const Box3d& box, int axis, std::uint32_t& plane, Pi
 }
 
 /// In an in-leaf: a piece of a face that lies in the plane `surface`, against the fragment that occludes there.
-Visibility OcclusionTree::leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, const Fragment& fragment) {
+Visibility OcclusionTree::leaf_visibility(std::uint32_t surface, const PicturePolygon& piece, std::uint32_t plane) {
     Sight::Mark mark = sight_.mark();
-    LineRef farther = sight_.add_meeting(surface, fragment.plane);
+    LineRef farther = sight_.add_meeting(surface, plane);
     bool behind = false, before = false;
     for (int i = 0; i < piece.count && !(behind && before); ++i) {
         // Corners of the face itself are points of the scene; corners of occluders that got into the piece are not.
         std::uint32_t point = piece.point(i);
-        int side = point != kNoPoint && point >= face_points_ ? sight_.behind(fragment.plane, point)
+        int side = point != kNoPoint && point >= face_points_ ? sight_.behind(plane, point)
                                                               : sight_.side(farther, piece.at(i));
         behind |= side == 1 || side == kUndecided;
         before |= side == -1 || side == kUndecided;
@@ -55,7 +53,7 @@ Visibility OcclusionTree::leaf_visibility(std::uint32_t surface, const PicturePo
     return behind && before ? Visibility::partial : behind ? Visibility::invisible : Visibility::full;
 }
 
-/// Figure 4 of the paper. The polygon, in the plane `surface`, is in pool_[0].
+/// Figure 4 of the paper. The polygon, in the plane `surface`, is in pool(0).
 Visibility OcclusionTree::visibility_of(std::uint32_t surface) {
     signed char sides[PicturePolygon::kMost];
     bool any = false;
@@ -68,24 +66,20 @@ Visibility OcclusionTree::visibility_of(std::uint32_t surface) {
         while (work.child >= 0) {
             const Node& node = nodes_[static_cast<std::size_t>(work.child)];
             ++planes_tested_;
-            Place place = locate(sight_, node.line, pool_[work.polygon], sides);
+            Place place = locate(sight_, node.line, pool(work.polygon), sides);
             if (place == Place::undecided)
                 return Visibility::partial;
             if (place == Place::both) {
-                std::uint32_t other = work.polygon + 1;
-                if (other + 1 >= kMostPending)
-                    return Visibility::partial;
-                pool_[other + 1] = pool_[work.polygon];
-                if (!cut(sight_, node.line, pool_[other + 1], sides, &pool_[other], &pool_[work.polygon]))
+                if (!cut_in_pool(node.line, work.polygon, sides))
                     return Visibility::partial;
                 stack_.push_back({node.outside, 0, work.polygon});
-                work = {node.inside, 0, other};
+                work = {node.inside, 0, work.polygon + 1};
             } else {
                 work.child = place == Place::inside ? node.inside : node.outside;
             }
         }
         Visibility here = work.child == kOut ? Visibility::full
-                                             : leaf_visibility(surface, pool_[work.polygon], fragments_[fragment_of(work.child)]);
+                                             : leaf_visibility(surface, pool(work.polygon), fragments_[fragment_of(work.child)].plane);
         all = any ? combine(all, here) : here;
         any = true;
         if (all == Visibility::partial)
@@ -102,7 +96,7 @@ Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
     for (int axis = 0; axis < 3; ++axis) {
         Sight::Mark mark = sight_.mark();
         std::uint32_t plane;
-        bool shows = face_of(box, axis, plane, pool_[0]);
+        bool shows = face_of(box, axis, plane, pool(0));
         if (shows) {
             Visibility face = visibility_of(plane);
             all = any ? combine(all, face) : face;
@@ -115,9 +109,9 @@ Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
     return all;
 }
 
-/// Does the part of the box that lies in the fragment's frustum lie behind the fragment's plane? The part that comes
-/// first is that of the faces.
-bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment, std::size_t free) {
+/// Does the part of the box that lies in the frustum of these edges lie behind the plane? The part that comes first is that
+/// of the faces.
+bool OcclusionTree::misses_pyramid(const Box3d& box, std::uint32_t occluder, std::span<const LineRef> edges, std::size_t free) {
     if (free + 2 > kMostPending)
         return false;
     signed char sides[PicturePolygon::kMost];
@@ -125,10 +119,10 @@ bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment, s
     for (int axis = 0; axis < 3 && misses; ++axis) {
         Sight::Mark mark = sight_.mark();
         std::uint32_t plane;
-        PicturePolygon *piece = &pool_[free], *next = &pool_[free + 1];
+        PicturePolygon *piece = &pool(free), *next = &pool(free + 1);
         bool inside = face_of(box, axis, plane, *piece);
-        for (std::uint32_t e = 0; e < fragment.edges && inside && misses; ++e) {
-            LineRef line = fragment_edges_[fragment.first_edge + e];
+        for (std::size_t e = 0; e < edges.size() && inside && misses; ++e) {
+            LineRef line = edges[e];
             switch (locate(sight_, line, *piece, sides)) {
             case Place::outside: inside = false; break;
             case Place::undecided: misses = false; break;
@@ -140,7 +134,7 @@ bool OcclusionTree::misses_pyramid(const Box3d& box, const Fragment& fragment, s
             }
         }
         if (inside && misses)
-            misses = leaf_visibility(plane, *piece, fragment) == Visibility::invisible;
+            misses = leaf_visibility(plane, *piece, occluder) == Visibility::invisible;
         sight_.forget(mark);
     }
     return misses;
@@ -184,7 +178,7 @@ Visibility OcclusionTree::visibility_unsplit(const Box3d& box, LeafTest test) {
             if (range.most < 0)
                 here = Visibility::invisible;
             else if (range.least < 0)
-                here = test == LeafTest::pyramid && misses_pyramid(box, fragment, 0) ? Visibility::invisible
+                here = test == LeafTest::pyramid && misses_pyramid(box, fragment.plane, edges_of(fragment), 0) ? Visibility::invisible
                                                                                  : Visibility::partial;
         }
         all = any ? combine(all, here) : here;
