@@ -56,7 +56,7 @@ void overlap_32x32(benchmark::State& state) {
     for (auto _ : state) {
         const PixelRect& rect = rects[at++ % 64];
         bool hit = state.range(0) == kTable  ? map.table.overlaps(rect)
-                   : state.range(0) == kBits ? OpacityRows::overlaps(map.image, rect)
+                   : state.range(0) == kBits ? map.rows.overlaps(rect)
                                              : overlaps_pixel_wise(map.image, rect);
         covered += hit;
         benchmark::DoNotOptimize(hit);
@@ -149,7 +149,7 @@ void query_of_a_frame(benchmark::State& state) {
                 PixelRect rect = eight.rect(lane);
                 ++boxes;
                 hidden += published ? table.overlaps(rect) && sparse.is_behind(image, rect, eight.nearness[lane])
-                                    : OpacityRows::overlaps(image, rect) && rows.is_behind(image, rect, eight.nearness[lane]);
+                                    : rows.overlaps(rect) && rows.is_behind(image, rect, eight.nearness[lane]);
             }
         }
     state.counters["hidden"] = double(hidden) / double(boxes);

@@ -175,7 +175,7 @@ class Opacity final : public Culler {
                 return open <= static_cast<std::uint32_t>(options_.tolerance * float(area)) &&
                        is_behind_pixel_wise(state.image, rect, nearness);
             }
-            return OpacityRows::overlaps(state.image, rect) && state.rows.is_behind(state.image, rect, nearness);
+            return state.rows.overlaps(rect) && state.rows.is_behind(state.image, rect, nearness);
         case OpacityForm::published:
             return state.table.overlaps(rect, options_.tolerance) &&
                    (state.use_sparse ? state.sparse.is_behind(state.image, rect, nearness)
@@ -191,9 +191,9 @@ class Opacity final : public Culler {
         float stop = options_.adaptive ? state.stop.stop_below() : options_.stop_below;
         if (!(stop > 0) || options_.form == OpacityForm::pixel_wise)
             return false;
-        std::uint32_t covered = options_.form == OpacityForm::published ? state.table.covered(rect)
-                                                                        : OpacityRows::covered(state.image, rect);
-        return float(covered) < stop * float(rect.area());
+        if (options_.form == OpacityForm::published)
+            return float(state.table.covered(rect)) < stop * float(rect.area());
+        return OpacityRows::covered_share(state.image, rect) < stop;
     }
 
     /// Seconds that leaving out what was hidden saves. `tests`: against the map, not the frustum alone.

@@ -2,7 +2,7 @@
 
 #include "base/cpu.hpp"
 
-#include <algorithm>
+#include <cstring>
 
 namespace antumbra {
 namespace {
@@ -10,88 +10,158 @@ namespace {
 constexpr int kLanes = EightOnScreen::kLanes;
 #define ANTUMBRA_INLINE __attribute__((always_inline)) inline
 
-template <class T>
-ANTUMBRA_INLINE T lesser(T a, T b) { return b < a ? b : a; } // as std::min and std::max, NaN included
-template <class T>
-ANTUMBRA_INLINE T greater(T a, T b) { return a < b ? b : a; }
-ANTUMBRA_INLINE double bounded(double value, double low, double high) {
-    return value < low ? low : high < value ? high : value;
-}
-ANTUMBRA_INLINE double magnitude(double value) { return value < 0 ? -value : value; }
+/// Eight lanes at once, whatever the registers are: plain loops of this length are not always made vector code.
+using Floats = float __attribute__((vector_size(4 * kLanes)));
+using Ints = int __attribute__((vector_size(4 * kLanes)));
 
-/// The column or row of a coordinate, as in pixel_rect.
+ANTUMBRA_INLINE void load(const float* from, Floats& to) { std::memcpy(&to, from, sizeof to); }
+ANTUMBRA_INLINE void narrow(Floats& to, const Floats& by) { to = by < to ? by : to; }
+ANTUMBRA_INLINE void widen(Floats& to, const Floats& by) { to = to < by ? by : to; }
+ANTUMBRA_INLINE void magnitude(const Floats& of, Floats& out) { out = of < 0 ? -of : of; }
+
+/// The column or row of a coordinate.
 ANTUMBRA_INLINE int column(float value, int most) {
-    float inside = value < 0 ? 0.0f : float(most) < value ? float(most) : value;
+    float inside = !(value >= 0) ? 0.0f : float(most) < value ? float(most) : value; // not a number: 0
     int whole = static_cast<int>(inside);
     return whole > most - 1 ? most - 1 : whole;
 }
+ANTUMBRA_INLINE void columns(const Floats& values, int most, int* out) {
+    const Floats zero{}, end = zero + float(most);
+    Floats inside = values >= 0 ? values : zero;
+    inside = inside > end ? end : inside;
+    Ints whole = __builtin_convertvector(inside, Ints);
+    const Ints last = Ints{} + (most - 1);
+    whole = whole > last ? last : whole;
+    std::memcpy(out, &whole, sizeof whole);
+}
 
-/// The steps of project_box, in the same order, eight boxes at a time.
-ANTUMBRA_INLINE void project_eight_body(const Screen& screen, const float (*min)[kLanes], const float (*max)[kLanes],
-                                        EightOnScreen& out) {
-    const Camera& camera = screen.camera;
-    double x[2][3][kLanes], y[2][3][kLanes], z[2][3][kLanes];
-    for (int axis = 0; axis < 3; ++axis) {
-        const double eye = camera.eye[axis], r = camera.right[axis], u = camera.up[axis], f = camera.forward[axis];
-        for (int side = 0; side < 2; ++side) {
-            const float* from = side ? max[axis] : min[axis];
-            for (int lane = 0; lane < kLanes; ++lane) {
-                double offset = double(from[lane]) - eye;
-                x[side][axis][lane] = r * offset;
-                y[side][axis][lane] = u * offset;
-                z[side][axis][lane] = f * offset;
-            }
+/// A share of a box's reach (the sum of its farthest offsets from the eye along the axes) that bounds the error of a
+/// coordinate in camera space. With u = 2^-24 there are, per axis: two roundings of the offset, one of the camera's
+/// axis, one of the product; two of the sum: 6 u; what is lost of the eye's own last bits adds less than 2.1 u, as
+/// kEyeShare puts it into the reach. 16 u is nearly twice as much.
+constexpr float kErrorShare = 0x1p-20f;
+constexpr float kEyeShare = 0x1p-20f;
+/// Beyond this error (times one over depth) a box counts as untestable. Nothing that hides is lost by it: so close to
+/// the eye, compared with its size, is only what is seen.
+constexpr float kMostError = 0x1p-6f;
+/// Pixels. Coordinates below 8192 in magnitude are off by at most four roundings, 2^-9; what lies farther out is beyond
+/// the screen either way.
+constexpr float kOutward = 0x1p-8f;
+
+/// Of the camera and the screen, rounded to floats once.
+struct FloatScreen {
+    float eye[3], eye_rest[3], right[3], up[3], forward[3];
+    float scale_x, scale_y, centre_x, centre_y, clip, slack, eye_reach;
+
+    explicit FloatScreen(const Screen& screen) {
+        const Camera& camera = screen.camera;
+        double sum = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            eye[axis] = static_cast<float>(camera.eye[axis]);
+            eye_rest[axis] = static_cast<float>(camera.eye[axis] - double(eye[axis]));
+            right[axis] = static_cast<float>(camera.right[axis]);
+            up[axis] = static_cast<float>(camera.up[axis]);
+            forward[axis] = static_cast<float>(camera.forward[axis]);
+            sum += camera.eye[axis] < 0 ? -camera.eye[axis] : camera.eye[axis];
         }
+        scale_x = static_cast<float>(screen.scale_x);
+        scale_y = static_cast<float>(screen.scale_y);
+        centre_x = static_cast<float>(screen.centre_x);
+        centre_y = static_cast<float>(screen.centre_y);
+        clip = static_cast<float>(screen.clip_depth) * (screen.clip_depth > 0 ? 1 + 0x1p-20f : 1 - 0x1p-20f);
+        slack = static_cast<float>(screen.orthographic_slack);
+        eye_reach = static_cast<float>(sum) * kEyeShare;
     }
-    double nearest[kLanes], min_x[kLanes], max_x[kLanes], min_y[kLanes], max_y[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) {
-        double sum = 0, reach = 0;
-        sum = lesser(z[0][0][lane], z[1][0][lane]) + lesser(z[0][1][lane], z[1][1][lane]) +
-              lesser(z[0][2][lane], z[1][2][lane]);
-        for (int axis = 0; axis < 3; ++axis)
-            reach += greater(magnitude(z[0][axis][lane]), magnitude(z[1][axis][lane]));
-        nearest[lane] = sum - 1e-13 * reach;
-        min_x[lane] = min_y[lane] = 1e300;
-        max_x[lane] = max_y[lane] = -1e300;
+};
+
+/// Where the corners of eight boxes lie: least and greatest column and row before scaling, depth and error.
+struct Extremes {
+    Floats left, right, bottom, top, nearest, error;
+};
+
+ANTUMBRA_INLINE void find_extremes(const FloatScreen& screen, bool flat, const float (*min)[kLanes],
+                                   const float (*max)[kLanes], Extremes& out) {
+    // Corner coordinates are sums of one term per axis; each term has two values.
+    Floats x[2][3], y[2][3], z[2][3], reach = Floats{} + screen.eye_reach;
+    for (int axis = 0; axis < 3; ++axis) {
+        Floats offset[2], farthest;
+        load(min[axis], offset[0]);
+        load(max[axis], offset[1]);
+        for (int side = 0; side < 2; ++side) {
+            offset[side] = (offset[side] - screen.eye[axis]) - screen.eye_rest[axis];
+            x[side][axis] = offset[side] * screen.right[axis];
+            y[side][axis] = offset[side] * screen.up[axis];
+            z[side][axis] = offset[side] * screen.forward[axis];
+            magnitude(offset[side], offset[side]);
+        }
+        farthest = offset[0];
+        widen(farthest, offset[1]);
+        reach += farthest;
     }
-    const bool flat = camera.orthographic;
+    out.error = reach * kErrorShare;
+    Floats nearest[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        nearest[axis] = z[0][axis];
+        narrow(nearest[axis], z[1][axis]);
+    }
+    out.nearest = nearest[0] + nearest[1] + nearest[2] - out.error;
     for (int corner = 0; corner < 8; ++corner) {
         const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
-        for (int lane = 0; lane < kLanes; ++lane) {
-            double depth = flat ? 1.0 : z[a][0][lane] + z[b][1][lane] + z[c][2][lane];
-            double scale = 1 / depth;
-            double sx = (x[a][0][lane] + x[b][1][lane] + x[c][2][lane]) * scale;
-            double sy = (y[a][0][lane] + y[b][1][lane] + y[c][2][lane]) * scale;
-            min_x[lane] = lesser(min_x[lane], sx);
-            max_x[lane] = greater(max_x[lane], sx);
-            min_y[lane] = lesser(min_y[lane], sy);
-            max_y[lane] = greater(max_y[lane], sy);
+        Floats sx = x[a][0] + x[b][1] + x[c][2], sy = y[a][0] + y[b][1] + y[c][2];
+        if (!flat) {
+            Floats scale = 1 / (z[a][0] + z[b][1] + z[c][2]);
+            sx *= scale;
+            sy *= scale;
         }
+        if (corner == 0) {
+            out.left = out.right = sx;
+            out.bottom = out.top = sy;
+            continue;
+        }
+        narrow(out.left, sx);
+        widen(out.right, sx);
+        narrow(out.bottom, sy);
+        widen(out.top, sy);
     }
-    constexpr double kOutward = 0x1p-8; // as in project_box
-    const double scale_x = screen.scale_x, scale_y = screen.scale_y;
-    const double centre_x = screen.centre_x, centre_y = screen.centre_y;
-    const double slack = screen.orthographic_slack, clip = screen.clip_depth;
-    const int width = screen.width, height = screen.height;
-    int usable[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) {
-        auto left = static_cast<float>(bounded(centre_x + min_x[lane] * scale_x - kOutward, -1e6, 1e6));
-        auto right = static_cast<float>(bounded(centre_x + max_x[lane] * scale_x + kOutward, -1e6, 1e6));
-        auto bottom = static_cast<float>(bounded(centre_y + min_y[lane] * scale_y - kOutward, -1e6, 1e6));
-        auto top = static_cast<float>(bounded(centre_y + max_y[lane] * scale_y + kOutward, -1e6, 1e6));
-        bool ahead = nearest[lane] > clip;
-        usable[lane] = int(ahead) & int(right >= 0) & int(top >= 0) & int(left <= float(width)) &
-                       int(bottom <= float(height));
-        out.x0[lane] = column(left, width);
-        out.x1[lane] = column(right, width);
-        out.y0[lane] = column(bottom, height);
-        out.y1[lane] = column(top, height);
-        double near = flat ? -nearest[lane] : 1 / (ahead ? nearest[lane] : 1.0);
-        out.nearness[lane] = static_cast<float>(near + 1e-5 * (magnitude(near) + slack));
-    }
+}
+
+/// Eight boxes at a time, in floats.
+ANTUMBRA_INLINE void project_eight_body(const Screen& exact, const float (*min)[kLanes], const float (*max)[kLanes],
+                                        EightOnScreen& out) {
+    const FloatScreen screen(exact);
+    const bool flat = exact.camera.orthographic;
+    Extremes at;
+    find_extremes(screen, flat, min, max, at);
+    const Floats one = Floats{} + 1.0f;
+    Ints usable = at.nearest > screen.clip;
+    Floats inverse = 1 / (usable ? at.nearest : one);
+    // t - e (1 + |t|) grows with t: the least corner gives the least bound.
+    Floats e = flat ? at.error : at.error * inverse, grows = flat ? Floats{} : e;
+    auto move = [&](Floats& t, float sign, float scale, float centre) __attribute__((always_inline)) {
+        Floats size;
+        magnitude(t, size);
+        t = (t + sign * (e + grows * size)) * scale + centre + sign * kOutward;
+    };
+    move(at.left, -1, screen.scale_x, screen.centre_x);
+    move(at.right, 1, screen.scale_x, screen.centre_x);
+    move(at.bottom, -1, screen.scale_y, screen.centre_y);
+    move(at.top, 1, screen.scale_y, screen.centre_y);
+    const float width = float(exact.width), height = float(exact.height);
+    // Whatever is not a number fails a comparison.
+    usable &= (grows < kMostError) & (at.right >= 0) & (at.top >= 0) & (at.left <= width) & (at.bottom <= height);
+    columns(at.left, exact.width, out.x0);
+    columns(at.right, exact.width, out.x1);
+    columns(at.bottom, exact.height, out.y0);
+    columns(at.top, exact.height, out.y1);
+    Floats near = flat ? -at.nearest : inverse, size;
+    magnitude(near, size);
+    near += 1e-5f * (size + screen.slack);
+    std::memcpy(out.nearness, &near, sizeof near);
+    const Ints bit{1, 2, 4, 8, 16, 32, 64, 128};
+    usable &= bit;
     std::uint32_t mask = 0;
     for (int lane = 0; lane < kLanes; ++lane)
-        mask |= std::uint32_t(usable[lane]) << lane;
+        mask |= static_cast<std::uint32_t>(usable[lane]);
     out.testable = mask;
 }
 

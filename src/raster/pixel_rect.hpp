@@ -14,7 +14,9 @@ struct PixelRect {
 /// Empty if the box lies beside the screen or may be anywhere.
 PixelRect pixel_rect(const Screen& screen, const BoxOnScreen& box);
 
-/// Eight boxes, structure of arrays: what project_box and pixel_rect make of each, bit for bit.
+/// Eight boxes, structure of arrays: rectangles and nearness that contain what project_box and pixel_rect make of each,
+/// found in floats with their errors bounded. Hardly ever larger: a pixel where a side lies within some 2^-7 of the
+/// next. A box that comes very near the eye for its size may be called untestable.
 struct EightOnScreen {
     static constexpr int kLanes = 8;
     int x0[kLanes], y0[kLanes], x1[kLanes], y1[kLanes];

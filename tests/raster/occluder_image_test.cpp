@@ -95,42 +95,93 @@ TEST(OccluderImage, the_order_of_patches_does_not_matter) {
     }
 }
 
-TEST(EightOnScreen, every_kernel_gives_what_one_box_at_a_time_gives) {
-    std::uint64_t testable = 0;
-    for (std::uint32_t trial = 0; trial < 4000; ++trial) {
-        Random random(72, trial);
-        View view = test::random_view(random, {0, 0, 0}, 8);
-        if (problem_of(view))
-            continue;
-        Screen screen = make_screen(camera_of(view), 128, 128, 16);
-        std::vector<Box3f> boxes = test::random_boxes(random, 8, {0, 0, 0}, 8);
-        float min[3][8], max[3][8];
+struct EightBoxes {
+    std::vector<Box3f> boxes;
+    float min[3][8], max[3][8];
+
+    explicit EightBoxes(std::vector<Box3f> of) : boxes(std::move(of)) {
         for (int lane = 0; lane < 8; ++lane)
             for (int axis = 0; axis < 3; ++axis) {
                 min[axis][lane] = boxes[std::size_t(lane)].min[axis];
                 max[axis][lane] = boxes[std::size_t(lane)].max[axis];
             }
-        for (ProjectEight project : {ProjectEight(project_eight_scalar), project_eight_avx2(), project_eight_avx512()}) {
-            if (!project)
-                continue;
-            EightOnScreen eight;
-            project(screen, min, max, eight);
-            for (int lane = 0; lane < 8; ++lane) {
-                BoxOnScreen box = project_box(screen, boxes[std::size_t(lane)]);
-                PixelRect rect = pixel_rect(screen, box);
-                ASSERT_EQ(eight.testable >> lane & 1, rect.empty() ? 0u : 1u) << trial;
-                if (rect.empty())
-                    continue;
-                ++testable;
-                ASSERT_EQ(eight.x0[lane], rect.x0);
-                ASSERT_EQ(eight.y0[lane], rect.y0);
-                ASSERT_EQ(eight.x1[lane], rect.x1);
-                ASSERT_EQ(eight.y1[lane], rect.y1);
-                ASSERT_EQ(eight.nearness[lane], box.nearness);
+    }
+};
+
+/// Far from the origin, where the eye has bits that a float has not; `scale` stretches the scene.
+void check_eight(const View& view, const EightBoxes& eight_boxes, double extent, std::uint64_t& testable,
+                 std::uint64_t& same) {
+    Screen screen = make_screen(camera_of(view), 128, 128, extent);
+    EightOnScreen first;
+    project_eight_scalar(screen, eight_boxes.min, eight_boxes.max, first);
+    for (ProjectEight project : {project_eight_avx2(), project_eight_avx512()}) {
+        EightOnScreen other;
+        if (!project)
+            continue;
+        project(screen, eight_boxes.min, eight_boxes.max, other);
+        ASSERT_EQ(first.testable, other.testable);
+        for (int lane = 0; lane < 8; ++lane) {
+            ASSERT_EQ(first.x0[lane], other.x0[lane]);
+            ASSERT_EQ(first.y0[lane], other.y0[lane]);
+            ASSERT_EQ(first.x1[lane], other.x1[lane]);
+            ASSERT_EQ(first.y1[lane], other.y1[lane]);
+            if (first.testable >> lane & 1) {
+                ASSERT_EQ(first.nearness[lane], other.nearness[lane]);
             }
         }
     }
-    EXPECT_GT(testable, 3000u);
+    for (int lane = 0; lane < 8; ++lane) {
+        if (!(first.testable >> lane & 1))
+            continue;
+        BoxOnScreen box = project_box(screen, eight_boxes.boxes[std::size_t(lane)]);
+        ASSERT_TRUE(box.testable);
+        PixelRect rect = pixel_rect(screen, box), found = first.rect(lane);
+        // At the border one of the two may just be beside the screen.
+        if (!rect.empty()) {
+            ASSERT_LE(found.x0, rect.x0);
+            ASSERT_LE(found.y0, rect.y0);
+            ASSERT_GE(found.x1, rect.x1);
+            ASSERT_GE(found.y1, rect.y1);
+            same += found.x0 == rect.x0 && found.y0 == rect.y0 && found.x1 == rect.x1 && found.y1 == rect.y1;
+        }
+        // What the doubles say, without their own padding.
+        double padding = 1e-5 * (std::abs(double(box.nearness)) + screen.orthographic_slack);
+        ASSERT_GE(double(first.nearness[lane]), double(box.nearness) - padding);
+        ++testable;
+    }
+}
+
+TEST(EightOnScreen, floats_contain_what_doubles_say_and_every_kernel_gives_the_same) {
+    std::uint64_t testable = 0, same = 0;
+    for (std::uint32_t trial = 0; trial < 6000; ++trial) {
+        Random random(72, trial);
+        Vec3d away = trial % 3 == 0 ? Vec3d{} : Vec3d{random.uniform(-1e5, 1e5), random.uniform(-1e3, 1e3), 40000.7};
+        View view = test::random_view(random, away, 8);
+        if (problem_of(view))
+            continue;
+        std::vector<Box3f> boxes = test::random_boxes(random, 8, away, trial % 5 == 0 ? 300 : 8);
+        check_eight(view, EightBoxes(boxes), 16 + length(away), testable, same);
+        if (HasFatalFailure())
+            FAIL() << trial;
+    }
+    EXPECT_GT(testable, 6000u);
+    EXPECT_GT(double(same), 0.97 * double(testable)) << "of " << testable;
+}
+
+TEST(EightOnScreen, a_box_around_the_eye_or_without_numbers_is_untestable) {
+    View view;
+    view.target = {0, 0, -1};
+    view.aspect = 1;
+    std::vector<Box3f> boxes(8, Box3f{{-1, -1, -20}, {1, 1, -10}});
+    boxes[1] = {{-1, -1, -1}, {1, 1, 1}};
+    boxes[2] = {{-1, -1, 10}, {1, 1, 20}};
+    boxes[3] = {{-3e38f, -3e38f, -3e38f}, {3e38f, 3e38f, -10}};
+    boxes[4] = {{NAN, -1, -20}, {1, 1, -10}};
+    boxes[5] = {{100, -1, -20}, {101, 1, -10}}; // beside the screen
+    EightBoxes eight_boxes(boxes);
+    EightOnScreen eight;
+    project_eight_scalar(make_screen(camera_of(view), 128, 128, 100), eight_boxes.min, eight_boxes.max, eight);
+    EXPECT_EQ(eight.testable, 0b11000001u);
 }
 
 } // namespace

@@ -111,6 +111,8 @@ TEST(OpacityMap, table_and_bits_count_what_the_pixels_count) {
         OccluderImage image = random_image(random);
         OpacityMap map;
         map.build(image);
+        OpacityRows rows;
+        rows.build(image);
         for (int r = 0; r < 100; ++r) {
             PixelRect rect = random_rect(random, image);
             std::uint32_t count = 0;
@@ -122,7 +124,9 @@ TEST(OpacityMap, table_and_bits_count_what_the_pixels_count) {
             ASSERT_EQ(OpacityRows::covered(image, rect), count);
             ASSERT_EQ(map.overlaps(rect), all);
             ASSERT_EQ(overlaps_pixel_wise(image, rect), all);
-            ASSERT_EQ(OpacityRows::overlaps(image, rect), all);
+            ASSERT_EQ(rows.overlaps(rect), all);
+            float share = OpacityRows::covered_share(image, rect);
+            ASSERT_TRUE(share >= 0 && share <= 1 && (share == 1 || !all) && (share == 0 || count > 0));
             covered += all;
         }
     }
