@@ -230,8 +230,16 @@ enum class OpacityCoverage : std::uint8_t {
     centre, ///< a pixel counts if its centre is covered, as published: approximate
 };
 
+/// Which occluders `opacity` draws, of those that a database names or, without one, of all. Decides what is found to be
+/// hidden, never whether it is.
+enum class OpacityChoice : std::uint8_t {
+    by_gain,   ///< modern form: whole patches, front to back, each only if it would cover pixels that are open yet
+    as_listed, ///< single polygons, best first (the lists of the nearest grid point; else by area-angle), as published
+};
+
 struct OpacityOptions {
     OpacityForm form = OpacityForm::modern;
+    OpacityChoice choice = OpacityChoice::by_gain; ///< the published and the pixel-wise form draw as listed
     OpacityCoverage coverage = OpacityCoverage::inner;
     /// Pixels of the map, 8..2048, rounded up to multiples of 8. 0: 128 x 128 as published, or, in the modern form, 256
     /// across and square pixels.

@@ -4,6 +4,7 @@
 #include "cull/box_kernels.hpp"
 #include "cull/methods.hpp"
 #include "cull/opacity_occluders.hpp"
+#include "cull/occluder_walk.hpp"
 #include "cull/result_bits.hpp"
 #include "raster/opacity_map.hpp"
 #include "raster/opacity_rows.hpp"
@@ -18,6 +19,7 @@ static_assert(kWidth == EightOnScreen::kLanes);
 
 constexpr int kPublishedSide = 128, kModernWidth = 256;
 constexpr double kTrianglesPerObject = 400; ///< that many cost as much again as the object itself
+constexpr float kLeastPixels = 8; ///< of a patch's box on the screen, for each of its polygons
 constexpr std::uint32_t kSparseRest = 15; ///< frames without a sparse depth map after one that skipped nothing
 
 struct Kernels {
@@ -47,7 +49,8 @@ struct Entry {
 
 struct State final : ViewState::Storage {
     State(const CullScene::Data& scene, float stop_below) : occluders(scene), stop(stop_below) {}
-    OpacityOccluders occluders;
+    OpacityOccluders occluders; ///< for OpacityChoice::as_listed
+    OccluderWalk walk;          ///< for OpacityChoice::by_gain
     OccluderBrush brush;
     OccluderImage image;
     OpacityMap table;
@@ -72,6 +75,8 @@ class Opacity final : public Culler {
             double triangles = data.triangles.empty() ? 0 : data.triangles[object];
             costs_.push_back(costs_.back() + options.object_seconds * (1 + triangles / kTrianglesPerObject));
         }
+        if (chooses_by_gain() && database())
+            owners_ = owning_patches(data.occluders);
     }
     std::string_view name() const override {
         return options_.form == OpacityForm::modern ? "opacity" : "opacity-published";
@@ -133,21 +138,57 @@ class Opacity final : public Culler {
 
     void draw(const Camera& camera, const FrustumPlanes& planes, const Screen& screen, State& state,
               CullCounters& counters) const {
-        const CullScene::Data& scene = scene_.data();
-        const OccluderDatabase* database = options_.database               ? options_.database
-                                           : !scene.minimum_sets.first.empty() ? &scene.minimum_sets
-                                                                               : nullptr;
-        state.occluders.choose(scene, database, camera, planes, options_.occluders);
-        const PatchStore& store = state.occluders.patches(scene.occluders);
         state.image.reset(screen);
+        if (chooses_by_gain())
+            draw_by_gain(camera, planes, screen, state, counters);
+        else
+            draw_as_listed(camera, planes, screen, state, counters);
+    }
+
+    bool chooses_by_gain() const {
+        return options_.form == OpacityForm::modern && options_.choice == OpacityChoice::by_gain;
+    }
+    const OccluderDatabase* database() const {
+        const OccluderDatabase& prepared = scene_.data().minimum_sets;
+        return options_.database ? options_.database : !prepared.first.empty() ? &prepared : nullptr;
+    }
+    PixelCoverage coverage() const {
+        return options_.coverage == OpacityCoverage::inner ? PixelCoverage::inner : PixelCoverage::centre;
+    }
+
+    void draw_as_listed(const Camera& camera, const FrustumPlanes& planes, const Screen& screen, State& state,
+                        CullCounters& counters) const {
+        const CullScene::Data& scene = scene_.data();
+        state.occluders.choose(scene, database(), camera, planes, options_.occluders);
+        const PatchStore& store = state.occluders.patches(scene.occluders);
         state.brush.fit(screen, store);
-        PixelCoverage coverage =
-            options_.coverage == OpacityCoverage::inner ? PixelCoverage::inner : PixelCoverage::centre;
         for (std::uint32_t patch = 0; patch < store.patches.size(); ++patch) {
-            counters.polygons_drawn += kernels_.draw(store, patch, screen, coverage, state.brush, state.image);
+            counters.polygons_drawn += kernels_.draw(store, patch, screen, coverage(), state.brush, state.image);
             ++counters.patches_drawn;
         }
         counters.occluders_used = state.occluders.polygons().size();
+    }
+
+    void draw_by_gain(const Camera& camera, const FrustumPlanes& planes, const Screen& screen, State& state,
+                      CullCounters& counters) const {
+        const CullScene::Data& scene = scene_.data();
+        const PatchStore& store = scene.patches.store;
+        state.brush.fit(screen, store);
+        auto draw = [&](std::uint32_t patch) {
+            if (counters.polygons_drawn + store.patches[patch].polygon_count > options_.occluders) {
+                counters.budget_spent = true;
+                return;
+            }
+            counters.polygons_drawn += kernels_.draw(store, patch, screen, coverage(), state.brush, state.image);
+            ++counters.patches_drawn;
+        };
+        OccluderWalk::Frame frame{scene,        camera,         planes, screen, state.image, kernels_.boxes,
+                                  kernels_.project, kLeastPixels};
+        if (const OccluderDatabase* lists = database())
+            state.walk.run(frame, *lists, owners_, draw);
+        else
+            state.walk.run(frame, draw);
+        counters.occluders_used = counters.polygons_drawn;
     }
 
     void prepare(State& state) const {
@@ -249,6 +290,7 @@ class Opacity final : public Culler {
     OpacityOptions options_;
     Kernels kernels_;
     double extent_ = 1;
+    std::vector<std::uint32_t> owners_; ///< per polygon its patch, where there is a database
     std::vector<double> costs_{0}; ///< of drawing the objects, summed up in the order of the tree
     std::uint64_t serial_;
 };

@@ -3,6 +3,7 @@
 #include "base/cpu.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace antumbra {
 namespace {
@@ -14,18 +15,24 @@ constexpr int kSpan = OpacityRows::kSpan;
 
 ANTUMBRA_INLINE float lesser(float a, float b) { return b < a ? b : a; }
 
-/// The farthest covered pixel of each span.
+using Floats = float __attribute__((vector_size(32)));
+ANTUMBRA_INLINE void load_covered(const float* from, Floats& to) {
+    std::memcpy(&to, from, sizeof to);
+    to = to == kOpen ? Floats{} + kNone : to;
+}
+
+/// The farthest covered pixel of each span. Minima: the order does not matter.
 ANTUMBRA_INLINE void spans_of_row(const float* pixels, float* spans, int count) {
     for (int span = 0; span < count; ++span) {
-        float lanes[kSpan];
-        for (int i = 0; i < kSpan; ++i) {
-            float value = pixels[span * kSpan + i];
-            lanes[i] = value == kOpen ? kNone : value;
-        }
-        for (int half = kSpan / 2; half > 0; half /= 2) // minima: the order does not matter
-            for (int i = 0; i < half; ++i)
-                lanes[i] = lesser(lanes[i], lanes[i + half]);
-        spans[span] = lanes[0];
+        Floats a, b;
+        load_covered(pixels + span * kSpan, a);
+        load_covered(pixels + span * kSpan + 8, b);
+        a = b < a ? b : a;
+        b = __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3);
+        a = b < a ? b : a;
+        b = __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5);
+        a = b < a ? b : a;
+        spans[span] = lesser(a[0], a[1]);
     }
 }
 

@@ -82,6 +82,20 @@ struct OpacityRows {
     static std::uint32_t covered(const OccluderImage& image, const PixelRect& rect, int step);
 };
 
+/// Are all pixels of the rectangle covered? Row by row, of an image that is still being drawn; an open row ends it.
+inline bool overlaps_by_rows(const OccluderImage& image, const PixelRect& rect) {
+    const int first = rect.x0 >> 6, last = rect.x1 >> 6;
+    const std::uint64_t low = ~std::uint64_t(0) << (rect.x0 & 63), high = ~std::uint64_t(0) >> (63 - (rect.x1 & 63));
+    const std::uint64_t* row = image.bits.data() + rect.y0 * image.words;
+    for (int y = rect.y0; y <= rect.y1; ++y, row += image.words)
+        for (int word = first; word <= last; ++word) {
+            std::uint64_t open = ~row[word] & (word == first ? low : ~std::uint64_t(0));
+            if (open & (word == last ? high : ~std::uint64_t(0)))
+                return false;
+        }
+    return true;
+}
+
 /// Of the boxes in `wanted` (bits; all testable), those that are hidden: covered, and behind.
 std::uint32_t hidden_of_eight(const OpacityRows& rows, const OccluderImage& image, const EightOnScreen& boxes,
                               std::uint32_t wanted);

@@ -13,6 +13,7 @@ using test::Stage;
 CullerOptions plain(OpacityForm form) {
     CullerOptions options;
     options.opacity.form = form;
+    options.opacity.choice = OpacityChoice::as_listed; // the same occluders in every form
     options.opacity.width = options.opacity.height = 128;
     options.opacity.adaptive = false;
     options.opacity.stop_below = 0;

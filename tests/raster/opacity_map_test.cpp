@@ -125,6 +125,7 @@ TEST(OpacityMap, table_and_bits_count_what_the_pixels_count) {
             ASSERT_EQ(map.overlaps(rect), all);
             ASSERT_EQ(overlaps_pixel_wise(image, rect), all);
             ASSERT_EQ(rows.overlaps(rect), all);
+            ASSERT_EQ(overlaps_by_rows(image, rect), all);
             float share = OpacityRows::covered_share(image, rect);
             ASSERT_TRUE(share >= 0 && share <= 1 && (share == 1 || !all) && (share == 0 || count > 0));
             covered += all;
