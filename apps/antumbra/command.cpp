@@ -155,6 +155,19 @@ Result<PvsFile> open_pvs(const std::string& path, const Scene& scene) {
     return opened;
 }
 
+void add_occluder_choice(CLI::App& command, std::string& words) {
+    command.add_option("--occluder-choice", words,
+                       "planes: area-angle, projected-size or first-hit (from a prepared --pvs)")
+        ->check(CLI::IsMember({"area-angle", "projected-size", "first-hit"}))
+        ->capture_default_str();
+}
+
+OccluderChoice parse_occluder_choice(const std::string& words) {
+    return words == "first-hit"        ? OccluderChoice::first_hit
+           : words == "projected-size" ? OccluderChoice::projected_size
+                                       : OccluderChoice::area_angle;
+}
+
 Result<Vec3d> parse_vec3(const std::string& text, const char* option) {
     Vec3d value;
     const char* at = text.data();

@@ -3,6 +3,7 @@
 
 #include "base/file.hpp"
 
+#include <antumbra/cull.hpp>
 #include <antumbra/import.hpp>
 #include <antumbra/job.hpp>
 #include <antumbra/pvs.hpp>
@@ -68,6 +69,10 @@ struct PvsFile {
 Result<PvsFile> open_pvs(const std::string& path);
 /// The same, refused with ErrorCode::mismatch unless it was baked from `scene`.
 Result<PvsFile> open_pvs(const std::string& path, const Scene& scene);
+
+/// --occluder-choice, and what its words mean.
+void add_occluder_choice(CLI::App& command, std::string& words);
+OccluderChoice parse_occluder_choice(const std::string& words);
 
 /// "X,Y,Z" to a vector; ErrorCode::usage names the option.
 Result<Vec3d> parse_vec3(const std::string& text, const char* option);

@@ -95,9 +95,7 @@ int run_cull(const CullArguments& arguments) {
     CullerOptions options = arguments.options;
     options.opacity.coverage = arguments.centre ? OpacityCoverage::centre : OpacityCoverage::inner;
     options.opacity.adaptive = false; // nothing to adapt to in one frame
-    options.occluder_choice = arguments.choice == "first-hit"        ? OccluderChoice::first_hit
-                              : arguments.choice == "projected-size" ? OccluderChoice::projected_size
-                                                                     : OccluderChoice::area_angle;
+    options.occluder_choice = parse_occluder_choice(arguments.choice);
     std::optional<PvsFile> baked;
     if (!arguments.pvs.empty()) {
         Result<PvsFile> opened = open_pvs(arguments.pvs, *scene);
@@ -141,9 +139,7 @@ void add_cull(CLI::App& app) {
     command.add_option("--far", arguments->view.far_plane, "Far plane");
     command.add_flag("--orthographic", arguments->orthographic, "Parallel projection");
     command.add_option("--height", arguments->view.height, "Height of an orthographic view")->capture_default_str();
-    command.add_option("--occluder-choice", arguments->choice, "planes: area-angle, projected-size or first-hit (from a prepared --pvs)")
-        ->check(CLI::IsMember({"area-angle", "projected-size", "first-hit"}))
-        ->capture_default_str();
+    add_occluder_choice(command, arguments->choice);
     command.add_option("--occluders", arguments->options.occluders, "planes, tree-: occluders at most")->capture_default_str();
     command.add_option("--minimum-cost", arguments->options.tree.minimum_cost, "tree-: nodes with fewer triangles are not tested")->capture_default_str();
     command.add_flag("--centre", arguments->centre, "opacity: pixels count when their centre is covered, as published (approximate)");

@@ -76,11 +76,12 @@ Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, con
     OccluderOptions options = arguments.occluders;
     options.merge = !arguments.no_merge;
     options.inner_boxes = !arguments.no_inner_boxes;
-    CullScene cull_scene = cull_scene_of(scene, find_occluders(scene, options, &statistics));
+    OccluderSet occluders = find_occluders(scene, options, &statistics);
+    CullScene cull_scene = cull_scene_of(scene, occluders);
     Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare, make_job(arguments.common));
     if (!chunks || !arguments.minimum_sets)
         return chunks;
-    Result<OccluderDatabase> database = make_minimum_sets(arguments, scene, find_occluders(scene, options));
+    Result<OccluderDatabase> database = make_minimum_sets(arguments, scene, occluders);
     if (!database)
         return database.status();
     chunks->push_back(occluder_database_chunk(*database));

@@ -17,7 +17,7 @@ struct WalkArguments {
     Common common;
     SceneArguments scene;
     std::string pvs, path = "auto", save_path, size = "640x360", report;
-    std::string cull, studies;
+    std::string cull, studies, choice = "area-angle";
     std::uint32_t frames = 0;
     bool no_draw = false;
     PathOptions path_options;
@@ -269,6 +269,7 @@ int run_walk(WalkArguments& arguments) {
         if (Status status = save_path(*scene, path->views, arguments.save_path); !status)
             return fail(status);
     arguments.options.methods = choose_methods(arguments);
+    arguments.options.occluder_choice = parse_occluder_choice(arguments.choice);
     arguments.options.draw = !arguments.no_draw;
     Result<WalkResult> result = walk(*scene, path->views, arguments.options, job);
     if (!result)
@@ -307,6 +308,7 @@ void add_walk(CLI::App& app) {
         studies += (studies.empty() ? "" : "; ") + std::string(name) + ": " + std::string(study_summary(name));
     command.add_option("--study", arguments->studies, "Papers to make again on this scene, by commas. " + studies);
     command.add_option("--occluders", options.occluders, "Occluders per frame, for methods that choose some [theirs]");
+    add_occluder_choice(command, arguments->choice);
     command.add_option("--repeat", options.repeat, "Times that the walk is timed")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

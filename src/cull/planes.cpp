@@ -169,10 +169,11 @@ class Planes final : public Culler {
     }
 
     /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
-    /// over the members that face the viewer.
+    /// over the members that show the viewer their fronts, or, if that is more, those that show a double-sided back:
+    /// cast_shadow() takes one of the two.
     double area_angle(const ConvexGroups::Group& group, const Camera& camera) const {
         const CullScene::Data& scene = scene_.data();
-        double sum = 0;
+        double sum = 0, of_backs = 0;
         for (std::uint32_t m = group.first; m < group.first + group.count; ++m) {
             const OccluderPolygon& polygon = scene.occluders.polygons[scene.groups.members[m]];
             double towards, squared;
@@ -184,11 +185,12 @@ class Planes final : public Culler {
                 squared = dot(sight, sight) + 0.05 * polygon.area;
                 towards = -dot(polygon.normal, sight) / std::sqrt(squared);
             }
-            if (towards < 0)
-                towards = polygon.double_sided ? -towards : 0;
-            sum += polygon.area * towards / squared;
+            if (towards > 0)
+                sum += polygon.area * towards / squared;
+            else if (polygon.double_sided)
+                of_backs -= polygon.area * towards / squared;
         }
-        return sum;
+        return std::max(sum, of_backs);
     }
 
     /// Shadows of the best candidates, best first: its place is an occluder's slot, and bit, in this frame.

@@ -59,6 +59,28 @@ int clip_near(Corner* corners, int count, const Camera& camera, double near_dept
     return kept;
 }
 
+/// How large the polygon looks, roughly.
+double apparent_area(const OccluderPolygon& polygon, const Camera& camera) {
+    if (camera.orthographic)
+        return polygon.area * std::abs(dot(polygon.normal, camera.forward));
+    Vec3d sight = polygon.centre - camera.eye;
+    double squared = dot(sight, sight) + 0.05 * polygon.area;
+    return polygon.area * std::abs(dot(polygon.normal, sight)) / (squared * std::sqrt(squared));
+}
+
+/// Of a closed double-sided group the near half shows its fronts and the far half its backs: both have the same outline,
+/// and a box would have to be inside of it twice, behind both. The half that looks larger is enough.
+void keep_one_side(const OccluderSet& set, std::span<const std::uint32_t> members, const Camera& camera, int* sides) {
+    double area[2] = {0, 0};
+    for (std::size_t m = 0; m < members.size(); ++m)
+        if (sides[m] != 0)
+            area[sides[m] > 0] += apparent_area(set.polygons[members[m]], camera);
+    int kept = area[1] >= area[0] ? 1 : -1;
+    for (std::size_t m = 0; m < members.size(); ++m)
+        if (sides[m] == -kept)
+            sides[m] = 0;
+}
+
 } // namespace
 
 int facing(const OccluderPolygon& polygon, const Camera& camera) {
@@ -119,6 +141,7 @@ bool cast_shadow(const OccluderSet& set, std::span<const std::uint32_t> members,
         if (sides[m] != 0 && !whole[m] && !reaches_beyond(set, set.polygons[members[m]], camera, near_depth + tolerance))
             sides[m] = 0; // not drawn at all
     }
+    keep_one_side(set, members.first(count), camera, sides);
     auto side_of = [&](std::uint32_t polygon) {
         for (std::size_t m = 0; m < count; ++m)
             if (members[m] == polygon)

@@ -47,6 +47,7 @@ Result<std::vector<Method>> make_methods(const CullScene& scene, const WalkOptio
     for (const std::string& name : names) {
         CullerOptions culler_options;
         culler_options.pvs = options.pvs;
+        culler_options.occluder_choice = options.occluder_choice;
         if (options.occluders > 0)
             culler_options.occluders = culler_options.opacity.occluders = options.occluders;
         Result<std::unique_ptr<Culler>> culler = make_culler(name, scene, culler_options);
