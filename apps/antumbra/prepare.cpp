@@ -22,7 +22,7 @@ struct PrepareArguments {
     std::string pvs, output;
     OccluderOptions occluders;
     PrepareOptions prepare;
-    bool no_merge = false, no_inner_boxes = false;
+    bool no_merge = false, no_inner_boxes = false, no_inner_solids = false;
     bool minimum_sets = false;
     MosOptions mos;
     std::string grid = "8x1x8", region;
@@ -76,6 +76,7 @@ Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, con
     OccluderOptions options = arguments.occluders;
     options.merge = !arguments.no_merge;
     options.inner_boxes = !arguments.no_inner_boxes;
+    options.inner_solids = !arguments.no_inner_solids;
     OccluderSet occluders = find_occluders(scene, options, &statistics);
     CullScene cull_scene = cull_scene_of(scene, occluders);
     Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare, make_job(arguments.common));
@@ -96,6 +97,7 @@ void print_result(const PrepareArguments& arguments, const std::vector<PvsChunk>
         document["bytes"] = bytes;
         document["polygons"] = statistics.polygons;
         document["inner_boxes"] = statistics.inner_boxes;
+        document["inner_solids"] = statistics.inner_solids;
         document["chunks"] = Json::array();
         for (const PvsChunk& chunk : chunks)
             document["chunks"].push_back({{"name", chunk.name}, {"bytes", chunk.bytes.size()}});
@@ -147,7 +149,8 @@ void add_prepare(CLI::App& app) {
         ->capture_default_str();
     command.add_flag("--no-merge", arguments->no_merge, "Leave coplanar triangles unmerged");
     command.add_flag("--inner-shells", arguments->occluders.inner_shells, "Look for simplified shells inside dense closed meshes");
-    command.add_flag("--no-inner-boxes", arguments->no_inner_boxes, "Look for no boxes inside closed meshes");
+    command.add_flag("--no-inner-boxes", arguments->no_inner_boxes, "Look for no boxes nor solids inside closed meshes");
+    command.add_flag("--no-inner-solids", arguments->no_inner_solids, "Look for no oriented boxes nor convex solids inside closed meshes");
     command.add_flag("--mos", arguments->minimum_sets,
                      "Minimum occluder sets for a grid of viewpoints, for the method opacity");
     command.add_option("--mos-grid", arguments->grid, "Grid points along x, y and z")->capture_default_str();

@@ -13,6 +13,8 @@ struct OccluderOptions {
     /// Boxes inside closed meshes: in objects of at least `inner_box_triangles` triangles per face that the box would have,
     /// and in the union of several closed objects, such as a row of houses.
     bool inner_boxes = true;
+    /// Boxes at an angle to the axes and convex solids where they hide a fifth more than those boxes.
+    bool inner_solids = true;
     std::uint32_t most_solids = 4096;    ///< closed objects that are looked into, the largest
     std::uint32_t boxes_per_solid = 4;
     std::uint32_t most_joined_boxes = 1024;
@@ -34,6 +36,10 @@ struct OccluderStatistics {
     std::uint64_t inner_shells = 0, inner_shell_triangles = 0; ///< certified
     std::uint64_t inner_shell_dropped = 0;                     ///< triangles that could not be certified
     std::uint64_t joined_boxes = 0;     ///< inside of several objects together
+    std::uint64_t inner_solids = 0;     ///< convex solids, oriented boxes included
+    std::uint64_t oriented_boxes = 0;   ///< at an angle to the axes
+    std::uint64_t restricted_solids = 0; ///< boxes and solids of shells with an opening: see OccluderSolid::viewers
+    std::uint64_t enclosures = 0;       ///< closed objects, and groups that are closed together, or but for one side
     std::uint64_t closed_objects = 0;   ///< whose every edge has one triangle on either side
     std::uint64_t patches = 0;
     double largest_area = 0;

@@ -33,10 +33,28 @@ struct OccluderPolygon {
     Vec3d centre;                 ///< mean of the corners
 };
 
-/// An inner solid stands for the closed shell around it. That holds only for viewers outside of the shell: its
-/// faces are to be left out whenever the eye or the near rectangle may be within `shell`.
+/// An inner solid stands for the closed shell around it. That holds only for viewers outside of the shell, and, where the
+/// shell is closed but for an opening to one side (a house without a floor), on the other side of the opening.
 struct OccluderSolid {
+    static constexpr float kUnbounded = 3.402823466e38f;
+
     Box3f shell; ///< bounds of the closed mesh
+    /// Lines of sight must begin in here; everywhere unless the shell has an opening.
+    Box3f viewers{{-kUnbounded, -kUnbounded, -kUnbounded}, {kUnbounded, kUnbounded, kUnbounded}};
+
+    /// Whether the faces may be used for lines of sight that begin in `start` (around eye and near rectangle).
+    bool serves(const Box3d& start) const {
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(start.min[axis] > double(viewers.min[axis]) && start.max[axis] < double(viewers.max[axis])))
+                return false;
+        return !to_double(shell).overlaps(start);
+    }
+    bool is_restricted() const {
+        for (int axis = 0; axis < 3; ++axis)
+            if (viewers.min[axis] != -kUnbounded || viewers.max[axis] != kUnbounded)
+                return true;
+        return false;
+    }
 };
 
 /// A connected group of polygons, small enough to be drawn at once: polygons

@@ -92,7 +92,7 @@ class LeafSampler {
             const ConvexGroups::Group& group = scene_.groups.groups[g];
             for (std::uint32_t m = group.first; m < group.first + group.count; ++m) {
                 const OccluderPolygon& polygon = set.polygons[scene_.groups.members[m]];
-                if (polygon.synthetic && to_double(set.solids[polygon.solid].shell).overlaps(Box3d{eye, eye}))
+                if (polygon.synthetic && !set.solids[polygon.solid].serves(Box3d{eye, eye}))
                     continue; // of no use from here
                 double height = dot(polygon.normal, eye) + polygon.offset;
                 double side = height > 0 ? 1 : -1;

@@ -205,7 +205,7 @@ class PublishedTree final : public Culler {
         int side = facing(polygon, sight.camera);
         if (side == 0 || !is_beyond_near(polygon, side, sight))
             return false;
-        return !polygon.synthetic || !to_double(set.solids[polygon.solid].shell).overlaps(start);
+        return !polygon.synthetic || set.solids[polygon.solid].serves(start);
     }
 
     void find_leaves_in_view(const FrustumPlanes& planes, State& state) const {

@@ -125,7 +125,7 @@ void walk_front_to_back(const CullScene::Data& scene, const Screen& screen, cons
 /// True if a line of sight may start within the shell of the solid that the patch belongs to.
 inline bool is_unusable_solid(const CullScene::Data& scene, std::uint32_t patch, const Box3d& start) {
     std::uint32_t solid = scene.patches.solid[patch];
-    return solid != kNoPolygon && to_double(scene.occluders.solids[solid].shell).overlaps(start);
+    return solid != kNoPolygon && !scene.occluders.solids[solid].serves(start);
 }
 
 } // namespace antumbra

@@ -83,7 +83,7 @@ bool OpacityOccluders::take(const CullScene::Data& scene, std::uint32_t index, c
     const OccluderPolygon& polygon = scene.occluders.polygons[index];
     if (taken_at_[index] == round_ || !(area_angle(polygon, camera_) > 0))
         return false;
-    if (polygon.synthetic && to_double(scene.occluders.solids[polygon.solid].shell).overlaps(start_))
+    if (polygon.synthetic && !scene.occluders.solids[polygon.solid].serves(start_))
         return false;
     std::span<const std::uint32_t> loop = scene.occluders.loop(polygon);
     if (!is_in_view(planes, loop.size(), [&](std::size_t c) { return scene.occluders.vertices[loop[c]]; }))

@@ -209,7 +209,7 @@ class Planes final : public Culler {
             const ConvexGroups::Group& group = scene.groups.groups[candidate];
             std::span<const std::uint32_t> members(scene.groups.members.data() + group.first, group.count);
             const OccluderPolygon& first = scene.occluders.polygons[members[0]];
-            if (first.synthetic && to_double(scene.occluders.solids[first.solid].shell).overlaps(start))
+            if (first.synthetic && !scene.occluders.solids[first.solid].serves(start))
                 continue;
             state.shadows.emplace_back();
             if (!cast_shadow(scene.occluders, members, sight, state.shadows.back())) {

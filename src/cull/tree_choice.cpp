@@ -32,7 +32,7 @@ bool is_usable(const OccluderSet& set, const OccluderPolygon& polygon, const Sig
     int side = facing(polygon, sight.camera);
     if (side == 0 || !is_beyond_near(polygon, side, sight))
         return false;
-    return !polygon.synthetic || !to_double(set.solids[polygon.solid].shell).overlaps(start);
+    return !polygon.synthetic || set.solids[polygon.solid].serves(start);
 }
 
 } // namespace

@@ -92,7 +92,7 @@ OccluderStack::OccluderStack(const OccluderSet& set, const Screen& screen, const
         const OccluderPolygon& polygon = set.polygons[p];
         if (!blocks_towards(polygon, screen.camera) || most_pixels(polygon, set, screen) < options.least_pixels)
             continue;
-        if (polygon.synthetic && to_double(set.solids[polygon.solid].shell).overlaps(start))
+        if (polygon.synthetic && !set.solids[polygon.solid].serves(start))
             continue;
         add_polygon(set, p, screen, options);
     }

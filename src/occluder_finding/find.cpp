@@ -106,6 +106,15 @@ Box3f box_of(const Point& min, const Point& max, double step) {
     return box;
 }
 
+/// Bounds, and where viewers must be for the sake of an opening.
+OccluderSolid solid_of(const Point& shell_min, const Point& shell_max, const Opening& opening, double step) {
+    OccluderSolid solid;
+    solid.shell = box_of(shell_min, shell_max, step);
+    if (opening.is_open())
+        (opening.above ? solid.viewers.min : solid.viewers.max)[opening.axis] = static_cast<float>(double(opening.at) * step); // exact
+    return solid;
+}
+
 void append_box(OccluderSet& set, const InnerBox& inner, double step) {
     auto base = static_cast<std::uint32_t>(set.vertices.size());
     Box3f box = box_of(inner.min, inner.max, step);
@@ -123,7 +132,26 @@ void append_box(OccluderSet& set, const InnerBox& inner, double step) {
         measure_occluder(set, polygon);
         set.polygons.push_back(polygon);
     }
-    set.solids.push_back({box_of(inner.shell_min, inner.shell_max, step)});
+    set.solids.push_back(solid_of(inner.shell_min, inner.shell_max, inner.opening, step));
+}
+
+void append_solid(OccluderSet& set, const InnerSolid& inner, double step) {
+    auto base = static_cast<std::uint32_t>(set.vertices.size());
+    for (const Point& p : inner.shape.points)
+        set.vertices.push_back(box_of(p, p, step).min);
+    for (const auto& face : inner.shape.faces) {
+        OccluderPolygon polygon;
+        polygon.first = static_cast<std::uint32_t>(set.loops.size());
+        polygon.count = static_cast<std::uint32_t>(face.size());
+        polygon.object = inner.object;
+        polygon.synthetic = true;
+        polygon.solid = static_cast<std::uint32_t>(set.solids.size());
+        for (std::uint32_t corner : face)
+            set.loops.push_back(base + corner);
+        measure_occluder(set, polygon);
+        set.polygons.push_back(polygon);
+    }
+    set.solids.push_back(solid_of(inner.shell_min, inner.shell_max, inner.opening, step));
 }
 
 void append_shell(OccluderSet& set, const InnerShell& shell, double step) {
@@ -142,7 +170,7 @@ void append_shell(OccluderSet& set, const InnerShell& shell, double step) {
         measure_occluder(set, polygon);
         set.polygons.push_back(polygon);
     }
-    set.solids.push_back({box_of(shell.shell_min, shell.shell_max, step)});
+    set.solids.push_back(solid_of(shell.shell_min, shell.shell_max, {}, step));
 }
 
 } // namespace
@@ -152,7 +180,7 @@ OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, O
     std::vector<GrowingPolygon> polygons = triangles_of(scene, welded);
     OccluderStatistics counts;
     counts.triangles = polygons.size();
-    InnerBoxes inner = find_inner_boxes(scene, welded.vertex, options);
+    InnerBoxes inner = find_inner_boxes(scene, welded.vertex, welded.points, options);
     if (options.merge)
         merge_coplanar(polygons, welded.points, options.most_corners);
     OccluderSet set;
@@ -171,6 +199,11 @@ OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, O
         if (box.triangles >= 6 * options.inner_box_triangles)
             append_box(set, box, scene.step());
     counts.inner_boxes = set.solids.size();
+    for (const InnerSolid& solid : inner.solids) {
+        append_solid(set, solid, scene.step());
+        counts.oriented_boxes += solid.is_box;
+    }
+    counts.inner_solids = inner.solids.size();
     if (options.inner_shells)
         for (const InnerShell& shell : find_inner_shells(scene, welded.vertex, options)) {
             append_shell(set, shell, scene.step());
@@ -181,6 +214,9 @@ OccluderSet find_occluders(const Scene& scene, const OccluderOptions& options, O
     connect_occluders(set);
     group_occluders(set, options.patch_polygons);
     counts.closed_objects = inner.closed_objects;
+    counts.enclosures = inner.enclosures;
+    for (const OccluderSolid& solid : set.solids)
+        counts.restricted_solids += solid.is_restricted();
     counts.patches = set.patches.size();
     for (const OccluderPolygon& polygon : set.polygons)
         counts.largest_area = std::max(counts.largest_area, polygon.area);

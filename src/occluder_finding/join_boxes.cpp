@@ -164,7 +164,9 @@ class Joiner {
         joined.max = region.max;
         std::vector<std::uint32_t> objects;
         largest_member_ = 0;
+        bool agree = true;
         for (std::uint32_t m : members_) {
+            agree = agree && join(joined.opening, boxes_[m].opening);
             largest_member_ = std::max(largest_member_, boxes_[m].worth());
             objects.push_back(boxes_[m].object);
             for (std::size_t k = 0; k < 3; ++k) {
@@ -174,7 +176,20 @@ class Joiner {
         }
         std::sort(objects.begin(), objects.end());
         joined.triangles = static_cast<std::uint32_t>(std::unique(objects.begin(), objects.end()) - objects.begin());
+        if (!agree)
+            joined.triangles = 0; // of no use to anybody
+        joined.opening.cut(joined.min, joined.max);
         return joined;
+    }
+
+    /// Viewers must be on the whole side of all openings. False if these look to different sides.
+    static bool join(Opening& all, const Opening& one) {
+        if (!one.is_open())
+            return true;
+        if (!all.is_open())
+            all = one;
+        all.at = one.above ? std::max(all.at, one.at) : std::min(all.at, one.at);
+        return all.axis == one.axis && all.above == one.above;
     }
 
     const std::vector<InnerBox>& boxes_;
@@ -190,7 +205,8 @@ double volume(const Point& min, const Point& max) {
 /// Whoever stands within the shell cannot use the box: it shall not be much larger. And six faces more want to be worth
 /// it.
 bool is_useful(const InnerBox& joined, double largest_member) {
-    return joined.triangles > 1 && joined.worth() > kLeastGain * largest_member &&
+    return joined.triangles > 1 && joined.min[0] < joined.max[0] && joined.min[1] < joined.max[1] &&
+           joined.min[2] < joined.max[2] && joined.worth() > kLeastGain * largest_member &&
            volume(joined.shell_min, joined.shell_max) <= kMostShell * volume(joined.min, joined.max);
 }
 

@@ -4,13 +4,14 @@
 
 #include "base/bytes.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace antumbra {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 32, kVertexBytes = 12, kCornerBytes = 8, kPolygonBytes = 16, kSolidBytes = 24,
-                      kPatchBytes = 8, kPatchPolygonBytes = 4;
+                      kPatchBytes = 8, kPatchPolygonBytes = 4, kRestrictedBytes = 28;
 /// Of one polygon: looking for shared edges takes time with its square.
 constexpr std::uint32_t kMostCorners = 1024;
 constexpr float kLargest = 1e17f;
@@ -21,10 +22,11 @@ Status corrupt(const std::string& what) {
 }
 
 struct Counts {
-    std::uint64_t vertices, corners, polygons, solids, patches, patch_polygons;
+    std::uint64_t vertices, corners, polygons, solids, patches, patch_polygons, restricted;
     std::uint64_t bytes() const {
         return kHeaderBytes + vertices * kVertexBytes + corners * kCornerBytes + polygons * kPolygonBytes +
-               solids * kSolidBytes + patches * kPatchBytes + patch_polygons * kPatchPolygonBytes;
+               solids * kSolidBytes + patches * kPatchBytes + patch_polygons * kPatchPolygonBytes +
+               restricted * kRestrictedBytes;
     }
 };
 
@@ -35,7 +37,7 @@ class Decoder {
     Result<OccluderSet> run() {
         if (bytes_.size() < kHeaderBytes)
             return corrupt("it is too short");
-        counts_ = {u32(), u32(), u32(), u32(), u32(), u32()};
+        counts_ = {u32(), u32(), u32(), u32(), u32(), u32(), u32()};
         at_ = kHeaderBytes;
         if (counts_.bytes() != bytes_.size())
             return corrupt("its size contradicts the numbers at its start");
@@ -46,6 +48,8 @@ class Decoder {
         read_solids();
         if (!read_patches())
             return corrupt("its patches contradict their number");
+        if (!read_restrictions())
+            return corrupt("a solid is restricted that does not exist, or to no place");
         if (Status status = check_occluders(set_); !status)
             return corrupt(status.message());
         return finish();
@@ -100,6 +104,19 @@ class Decoder {
             solid.shell.min = vec3();
             solid.shell.max = vec3();
         }
+    }
+
+    bool read_restrictions() {
+        for (std::uint64_t r = 0; r < counts_.restricted; ++r) {
+            std::uint32_t solid = u32();
+            Box3f viewers;
+            viewers.min = vec3();
+            viewers.max = vec3();
+            if (solid >= set_.solids.size() || !is_finite(viewers.min) || !is_finite(viewers.max))
+                return false;
+            set_.solids[solid].viewers = viewers;
+        }
+        return true;
     }
 
     bool read_patches() {
@@ -194,8 +211,10 @@ Result<std::vector<std::byte>> encode_occluders(const OccluderSet& set) {
         return Status(ErrorCode::usage, "encode_occluders: the corners of the polygons, or the polygons of the patches, "
                                         "are not in their order, belong to none, or are more than 1024");
     ByteWriter out;
+    auto restricted = static_cast<std::size_t>(
+        std::count_if(set.solids.begin(), set.solids.end(), [](const OccluderSolid& solid) { return solid.is_restricted(); }));
     for (std::size_t count : {set.vertices.size(), set.loops.size(), set.polygons.size(), set.solids.size(),
-                              set.patches.size(), set.patch_polygons.size(), std::size_t(0), std::size_t(0)}) {
+                              set.patches.size(), set.patch_polygons.size(), restricted, std::size_t(0)}) {
         if (count > 0xFFFFFFFFu)
             return Status(ErrorCode::limit, "encode_occluders: more than 2^32 corners");
         out.u32(static_cast<std::uint32_t>(count));
@@ -222,6 +241,12 @@ Result<std::vector<std::byte>> encode_occluders(const OccluderSet& set) {
     }
     for (std::uint32_t polygon : set.patch_polygons)
         out.u32(polygon);
+    for (std::size_t s = 0; s < set.solids.size(); ++s)
+        if (set.solids[s].is_restricted()) {
+            out.u32(static_cast<std::uint32_t>(s));
+            put(out, set.solids[s].viewers.min);
+            put(out, set.solids[s].viewers.max);
+        }
     return std::move(out.bytes);
 }
 

@@ -3,6 +3,7 @@
 #include "base/random.hpp"
 #include "cull/proof.hpp"
 #include "occluder_finding/inner_boxes.hpp"
+#include "occluder_finding/inside_tests.hpp"
 #include "occluder_finding/merge.hpp"
 
 #include <gtest/gtest.h>
@@ -187,14 +188,34 @@ TEST(InnerBoxes, fill_a_finely_divided_box_to_its_faces) {
     EXPECT_EQ(inner, bounds) << "up to the shell itself";
 }
 
-TEST(InnerBoxes, open_or_inverted_shells_have_none) {
+TEST(InnerBoxes, a_hole_in_a_side_restricts_viewers_to_the_other) {
     RawScene open = fine_box(8, 10);
-    open.triangles.pop_back();
+    open.triangles.pop_back(); // in the face to +z
     --open.objects[0].triangle_count;
     OccluderStatistics statistics;
-    find_occluders(scene_of(open), {}, &statistics);
-    EXPECT_EQ(statistics.inner_boxes, 0u);
+    Scene scene = scene_of(open);
+    OccluderSet set = find_occluders(scene, {}, &statistics);
+    EXPECT_EQ(statistics.inner_boxes, 1u);
     EXPECT_EQ(statistics.closed_objects, 0u);
+    EXPECT_EQ(statistics.restricted_solids, 1u);
+    ASSERT_EQ(set.solids.size(), 1u);
+    EXPECT_EQ(set.solids[0].viewers.max.z, scene.local_bounds().max.z) << "the plane of the hole";
+    EXPECT_EQ(set.solids[0].viewers.min, OccluderSolid().viewers.min);
+    Vec3d beside = to_double(scene.local_bounds().max) + Vec3d{5, 0, 0};
+    EXPECT_FALSE(set.solids[0].serves({beside, beside})) << "on the plane";
+    beside.z -= 1;
+    EXPECT_TRUE(set.solids[0].serves({beside, beside}));
+    EXPECT_FALSE(set.solids[0].serves({beside, beside + Vec3d{0, 0, 3}})) << "the near rectangle beyond it";
+}
+
+TEST(InnerBoxes, holes_in_two_sides_or_inverted_shells_have_none) {
+    RawScene open = fine_box(8, 10);
+    open.triangles.pop_back();
+    open.triangles.erase(open.triangles.begin());
+    open.objects[0].triangle_count -= 2;
+    OccluderStatistics statistics;
+    find_occluders(scene_of(open), {}, &statistics);
+    EXPECT_EQ(statistics.inner_boxes + statistics.inner_solids, 0u);
     RawScene inverted = fine_box(8, 10); // one sees its far walls from within, and from outside too
     for (TriangleIndices& triangle : inverted.triangles)
         std::swap(triangle[0], triangle[1]);

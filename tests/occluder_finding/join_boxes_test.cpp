@@ -1,6 +1,7 @@
 // Inner boxes of single meshes and of several together, against brute force over voxels.
 #include "base/random.hpp"
 #include "occluder_finding/inner_boxes.hpp"
+#include "occluder_finding/inside_tests.hpp"
 #include "support/make_scene.hpp"
 
 #include <antumbra/occluder_finding.hpp>
@@ -12,7 +13,7 @@ namespace {
 
 using grid::Point;
 
-InnerBox box(Point min, Point max, std::uint32_t object) { return {min, max, min, max, object, 12}; }
+InnerBox box(Point min, Point max, std::uint32_t object) { return {min, max, min, max, object, 12, {}}; }
 
 TEST(JoinBoxes, a_row_of_houses_is_one_box_up_to_its_lowest_roof) {
     std::vector<InnerBox> houses{box({0, 0, 0}, {10, 30, 12}, 0), box({10, 0, 0}, {22, 20, 12}, 1),
@@ -100,15 +101,23 @@ TEST(InnerBoxes, houses_that_share_a_wall_hide_as_one) {
     EXPECT_EQ(to_double(set.solids[0].shell).size(), (Vec3d{20, 16, 8}));
 }
 
-TEST(InnerBoxes, an_open_house_joins_nothing) {
+TEST(InnerBoxes, an_open_house_joins_for_viewers_on_the_other_side) {
     test::SceneMaker maker;
     maker.object("a").box({0, 0, 0}, {8, 16, 8}).object("b").box({8, 0, 0}, {20, 12, 8});
     RawScene raw = maker.raw();
     raw.triangles.pop_back();
     --raw.objects[1].triangle_count;
     OccluderStatistics statistics;
+    Scene scene = *Scene::create(raw);
+    OccluderSet set = find_occluders(scene, {}, &statistics);
+    ASSERT_EQ(statistics.joined_boxes, 1u);
+    EXPECT_EQ(statistics.restricted_solids, 1u);
+    EXPECT_EQ(set.solids[0].viewers.max.z, scene.local_bounds().max.z);
+    raw.triangles.erase(raw.triangles.begin()); // and the first one another hole, to -x
+    raw.objects[0].triangle_count -= 1;
+    raw.objects[1].first_triangle -= 1;
     find_occluders(*Scene::create(raw), {}, &statistics);
-    EXPECT_EQ(statistics.joined_boxes, 0u);
+    EXPECT_EQ(statistics.joined_boxes, 0u) << "nobody is on the other side of both";
 }
 
 TEST(InnerBoxes, glass_and_what_never_occludes_join_nothing) {
@@ -182,6 +191,7 @@ TEST(InnerBoxes, of_random_closed_meshes_are_matter) {
                     }
         OccluderOptions options;
         options.inner_box_triangles = 1;
+        options.inner_solids = false; // the bounds of a wedge are not matter
         Scene scene = maker.scene();
         OccluderSet set = find_occluders(scene, options);
         for (const Box3f& b : synthetic_boxes(set)) {
