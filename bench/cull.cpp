@@ -2,16 +2,20 @@
 // stands beside its quality: what was culled, what is really seen (rays), and what was lost (must be 0).
 //
 //   bench_cull [SCENE.glb or the name of a generated scene: city] --frames 240 --occluders 64 --width 384
+//
+// ratio: of frustum-scalar. spike: the 99th percentile of a frame's time over the median of its own walk (60 frames from
+// one place), where p99/med also mixes cheap places with dear ones. false vis: reported, but no ray of the truth sees it.
+// --share 0.3 --seen 87: only from streets that have 30% of the objects in the view volume and see 87 of them. --peers 1: see peers/README.md.
 #include <antumbra/bake.hpp>
 #include <antumbra/cull.hpp>
 #include <antumbra/generate.hpp>
 #include <antumbra/import.hpp>
 #include <antumbra/occluder_finding.hpp>
 
-#include "base/random.hpp"
+#include "cull_walks.hpp"
+#include "peers/peers.hpp"
+
 #include "cull/tangent_table.hpp"
-#include "rays/arbiter.hpp"
-#include "rays/tracer.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -22,6 +26,7 @@
 #include <vector>
 
 using namespace antumbra;
+using bench::Truth;
 
 namespace {
 
@@ -33,97 +38,30 @@ double milliseconds_since(Clock::time_point start) {
 struct Options {
     std::vector<std::string> scenes;
     std::vector<std::string> methods;
-    int frames = 240, passes = 5, truth = 160;
+    int frames = 240, passes = 5, truth = 960;
     double speed = 1; ///< walking speed
-    double height = 0;
+    double share = 0; ///< of the objects in the view volume, or 0: any
+    int seen = 0;     ///< objects that the places see, or 0: any
+    bool peers = false;
     bool prepared = false; ///< through the chunks of a file
     std::string each;      ///< file for a line per frame
     CullerOptions culler;
 };
 
-/// Walks of one second at 60 frames, from places in the open that see something, forward where there is room.
-std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, int frames, double speed) {
-    Box3d bounds = to_double(scene.local_bounds());
-    Vec3d size = bounds.size();
-    double unit = std::max({size.x, size.y, size.z}) / 500; // a step: two thousandths of the scene
-    Random random(7);
-    std::vector<View> views;
-    for (int attempt = 0; attempt < 100000 && int(views.size()) < frames; ++attempt) {
-        Vec3d eye{random.uniform(bounds.min.x, bounds.max.x), 0, random.uniform(bounds.min.z, bounds.max.z)};
-        eye.y = random.uniform(bounds.min.y, bounds.max.y);
-        Hit floor = tracer.first_hit({eye, {0, -1, 0}});
-        if (!floor)
-            continue;
-        eye.y -= floor.t - std::min(floor.t, 0.8 * unit);
-        double angle = random.uniform(0, 6.28318530717958648);
-        Vec3d ahead{std::cos(angle), 0, std::sin(angle)};
-        bool back = false;
-        Hit hit = tracer.nearest_surface({eye, ahead}, back);
-        if (back || !hit || hit.t < 5 * unit)
-            continue;
-        bool enclosed = false;
-        for (int k = 0; k < 8 && !enclosed; ++k) {
-            tracer.nearest_surface({eye, {std::cos(k * 0.785), 0.05, std::sin(k * 0.785)}}, back);
-            enclosed = back;
-        }
-        if (enclosed)
-            continue;
-        for (int i = 0; i < 60 && int(views.size()) < frames; ++i) {
-            View view;
-            view.eye = eye + ahead * (unit * 0.05 * speed * i);
-            view.target = view.eye + ahead;
-            view.near_plane = 0.02 * unit;
-            views.push_back(view);
-        }
-    }
-    return views;
-}
-
-struct Truth {
-    std::vector<std::vector<std::uint64_t>> seen;
-    double mean = 0;
-};
-
-Ray pixel_ray(const View& view, double x, double y) {
-    Vec3d forward = normalized(view.target - view.eye), right = normalized(cross(forward, view.up));
-    Vec3d up = cross(right, forward);
-    double half = std::tan(view.fov_y_deg * 0.0087266462599716477);
-    Vec3d direction = forward + right * (x * half * view.aspect) + up * (y * half);
-    return {view.eye + direction * view.near_plane, direction};
-}
-
-Truth find_truth(const Scene& scene, const Tracer& tracer, const std::vector<View>& views, int across) {
-    Truth truth;
-    std::vector<std::uint32_t> triangles;
-    std::uint64_t total = 0;
-    Random random(3);
-    for (const View& view : views) {
-        std::vector<std::uint64_t> bits((scene.objects().size() + 63) / 64);
-        int down = std::max(1, int(across / view.aspect));
-        for (int j = 0; j < down; ++j)
-            for (int i = 0; i < across; ++i) {
-                triangles.clear();
-                tracer.seen(pixel_ray(view, (i + random.uniform()) * 2 / across - 1, (j + random.uniform()) * 2 / down - 1),
-                            triangles);
-                for (std::uint32_t t : triangles)
-                    bits[scene.triangle_objects()[t] / 64] |= std::uint64_t(1) << (scene.triangle_objects()[t] % 64);
-            }
-        for (std::uint64_t word : bits)
-            total += std::uint64_t(__builtin_popcountll(word));
-        truth.seen.push_back(std::move(bits));
-    }
-    truth.mean = double(total) / double(views.size());
-    return truth;
-}
-
 struct Row {
     std::string name;
     double median = 0, p99 = 0, reported = 0;
+    double spike = 0; ///< 99th percentile of a frame's time over the median of its own walk
     std::uint64_t lost = 0;
     CullCounters sum;
     std::vector<double> times; ///< of each frame, milliseconds
     std::vector<CullCounters> frames;
 };
+
+double percentile(std::vector<double> values, double part) {
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(double(values.size()) * part)];
+}
 
 Row measure(const Culler& culler, const std::vector<View>& views, const Truth& truth, int passes) {
     Row row;
@@ -160,9 +98,16 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
         }
     }
     row.times = best;
-    std::sort(best.begin(), best.end());
-    row.median = best[best.size() / 2];
-    row.p99 = best[best.size() * 99 / 100];
+    std::vector<double> spikes;
+    for (std::size_t first = 0; first < best.size(); first += bench::kWalk) {
+        std::size_t last = std::min(best.size(), first + bench::kWalk);
+        double own = percentile({best.begin() + std::ptrdiff_t(first), best.begin() + std::ptrdiff_t(last)}, 0.5);
+        for (std::size_t f = first; f < last; ++f)
+            spikes.push_back(best[f] / own);
+    }
+    row.median = percentile(best, 0.5);
+    row.p99 = percentile(best, 0.99);
+    row.spike = percentile(spikes, 0.99);
     return row;
 }
 
@@ -259,12 +204,15 @@ void run(const std::string& path, const Options& options) {
         cull_scene = *CullScene::open(*Pvs::open(file));
         std::printf(", %zu bytes, opened in %.0f ms\n", file.size(), milliseconds_since(start));
     }
-    std::vector<View> views = street_walk(*scene, tracer, options.frames, options.speed);
+    auto frustum_culler = make_culler("frustum", cull_scene);
+    std::vector<View> views =
+        bench::street_walk(*scene, tracer, **frustum_culler, options.frames, options.speed, options.share,
+                           options.seen);
     if (views.empty()) {
         std::printf("%s: found no place to walk\n", path.c_str());
         return;
     }
-    Truth truth = find_truth(*scene, tracer, views, options.truth);
+    Truth truth = bench::find_truth(*scene, tracer, views, options.truth);
     std::printf("\n%s: %zu triangles, %zu objects; %llu triangles -> %llu polygons, %llu patches, %llu inner boxes (%llu of several objects) in "
                 "%.0f ms; scene in %.0f ms; %zu frames, seen (lower bound) %.1f\n",
                 path.c_str(), scene->triangles().size(), scene->objects().size(),
@@ -272,36 +220,44 @@ void run(const std::string& path, const Options& options) {
                 (unsigned long long)found.patches, (unsigned long long)found.inner_boxes,
                 (unsigned long long)found.joined_boxes, finding, preparing,
                 views.size(), truth.mean);
-    std::printf("%-16s %9s %9s %7s %9s %8s %9s %6s %8s %8s %8s\n", "method", "ms", "p99", "ratio", "reported", "culled%",
-                "rep/true", "lost", "patches", "polygons", "boxes");
+    std::printf("%-18s %9s %9s %7s %7s %6s %9s %8s %9s %9s %6s %8s %8s %8s\n", "method", "ms", "p99", "ratio", "p99/med",
+                "spike", "reported", "culled%", "rep/true", "false vis", "lost", "patches", "polygons", "boxes");
     double base = 0, frustum = 0;
+    std::vector<std::unique_ptr<Culler>> cullers;
     for (const std::string& name : options.methods) {
         auto culler = make_culler(name, cull_scene, options.culler);
-        if (!culler) {
-            std::printf("%-16s %s\n", name.c_str(), culler.status().message().c_str());
-            continue;
-        }
-        Row row = measure(**culler, views, truth, options.passes);
+        if (culler)
+            cullers.push_back(std::move(*culler));
+        else
+            std::printf("%-18s %s\n", name.c_str(), culler.status().message().c_str());
+    }
+    if (options.peers)
+        for (std::unique_ptr<Culler>& peer : bench::make_peers(*scene, input))
+            cullers.push_back(std::move(peer));
+    for (const std::unique_ptr<Culler>& culler : cullers) {
+        Row row = measure(*culler, views, truth, options.passes);
         if (!options.each.empty())
             write_frames(options.each, path, row);
-        if (name == "frustum-scalar") {
+        if (row.name == "frustum-scalar") {
             base = row.median;
             frustum = row.reported;
         }
         double frames = double(views.size());
-        std::printf("%-16s %9.4f %9.4f %7.2f %9.1f %8.2f %9.2f %6llu %8.0f %8.0f %8.0f\n", row.name.c_str(), row.median,
-                    row.p99, row.median / base, row.reported, 100 * (1 - row.reported / frustum),
-                    row.reported / truth.mean, (unsigned long long)row.lost, double(row.sum.patches_drawn) / frames,
+        double false_visible = row.reported - (truth.mean - double(row.lost) / frames);
+        std::printf("%-18s %9.4f %9.4f %7.2f %7.2f %6.2f %9.1f %8.2f %9.2f %9.1f %6llu %8.0f %8.0f %8.0f\n", row.name.c_str(),
+                    row.median, row.p99, row.median / base, row.p99 / row.median, row.spike, row.reported,
+                    100 * (1 - row.reported / frustum), row.reported / truth.mean, false_visible,
+                    (unsigned long long)row.lost, double(row.sum.patches_drawn) / frames,
                     double(row.sum.polygons_drawn) / frames, double(row.sum.boxes_tested) / frames);
         if (row.sum.occluders_used)
-            std::printf("%-16s per frame: %.1f occluders, %.0f of eight boxes with one of them\n", "",
+            std::printf("%-18s per frame: %.1f occluders, %.0f of eight boxes with one of them\n", "",
                         double(row.sum.occluders_used) / frames, double(row.sum.shadow_tests) / frames);
         if (row.sum.tree_tests)
-            std::printf("%-16s tree per frame: %.0f nodes, %.0f boxes tested, %.0f queries, %.0f hidden, %.0f planes tested\n", "",
+            std::printf("%-18s tree per frame: %.0f nodes, %.0f boxes tested, %.0f queries, %.0f hidden, %.0f planes tested\n", "",
                         double(row.sum.tree_nodes) / frames, double(row.sum.tree_tests) / frames, double(row.sum.tree_queries) / frames,
                         double(row.sum.hidden_by_tree) / frames, double(row.sum.tree_planes_tested) / frames);
         if (row.sum.relations_made)
-            std::printf("%-16s relations per frame: %.0f made, %.0f cached\n", "",
+            std::printf("%-18s relations per frame: %.0f made, %.0f cached\n", "",
                         double(row.sum.relations_made) / frames, double(row.sum.relations_cached) / frames);
     }
 }
@@ -318,6 +274,12 @@ int main(int argc, char** argv) {
             options.passes = std::atoi(value());
         else if (!std::strcmp(argv[i], "--truth"))
             options.truth = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--share"))
+            options.share = std::atof(value());
+        else if (!std::strcmp(argv[i], "--seen"))
+            options.seen = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--peers"))
+            options.peers = std::atoi(value()) != 0;
         else if (!std::strcmp(argv[i], "--each"))
             options.each = value();
         else if (!std::strcmp(argv[i], "--width"))
@@ -346,7 +308,7 @@ int main(int argc, char** argv) {
     }
     if (options.methods.empty())
         for (std::string_view name : culler_names())
-            if (name != "none" && name != "pvs")
+            if (name != "none" && name != "pvs" && name != "frustum-scalar")
                 options.methods.emplace_back(name);
     options.methods.insert(options.methods.begin(), "frustum-scalar");
     if (options.scenes.empty())

@@ -68,7 +68,7 @@ class PatchTrials {
   private:
     static constexpr std::uint32_t kRest = 48;           ///< frames until a patch that hid too little is tried again
     static constexpr std::uint32_t kTrialPolygons = 32;  ///< see may_try()
-    static constexpr float kLeastValue = 0.15f;          ///< boxes hidden per polygon and frame
+    static constexpr float kLeastValue = 0.2f;           ///< boxes hidden per polygon and frame
     static constexpr double kStride = 1.0 / 64, kTurn = 0.866; ///< of the scene; cosine: where another view begins
     static constexpr float kMemory = 0.75f;              ///< of the average, per frame
 

@@ -12,9 +12,13 @@ namespace {
 Ray ray_of(const PixelRays& rays, const ItemOptions& options, std::uint32_t x, std::uint32_t y) {
     if (options.sampling == PixelSampling::centre)
         return rays.at(x + 0.5, y + 0.5);
-    Random random(options.seed, options.stream, y * rays.width() + x);
-    double right = random.uniform(), down = random.uniform();
-    return rays.at(x + right, y + down);
+    // The first two numbers of Random(seed, stream, pixel), without the others that it would make in advance.
+    auto [d, c, b, a] = philox({0, y * rays.width() + x, std::uint32_t(options.stream), std::uint32_t(options.stream >> 32)},
+                               {std::uint32_t(options.seed), std::uint32_t(options.seed >> 32)});
+    auto uniform = [](std::uint32_t high, std::uint32_t low) {
+        return double((std::uint64_t(high) << 32 | low) >> 11) * 0x1p-53;
+    };
+    return rays.at(x + uniform(a, b), y + uniform(c, d));
 }
 
 } // namespace
