@@ -3,8 +3,8 @@
 //
 //   bench_cull [SCENE.glb or the name of a generated scene: city] --frames 240 --occluders 64 --width 384
 //
-// ratio: of frustum-scalar. spike: the 99th percentile of a frame's time over the median of its own walk (60 frames from
-// one place), where p99/med also mixes cheap places with dear ones. false vis: reported, but no ray of the truth sees it.
+// ratio: of frustum-scalar. spike: the 99th percentile of a frame's time over the median of its own walk (--walk 60
+// frames from one place), where p99/med also mixes cheap places with dear ones. false vis: reported, but no ray of the truth sees it.
 // --share 0.3 --seen 87: only from streets that have 30% of the objects in the view volume and see 87 of them. --peers 1: see peers/README.md.
 #include <antumbra/bake.hpp>
 #include <antumbra/cull.hpp>
@@ -38,7 +38,7 @@ double milliseconds_since(Clock::time_point start) {
 struct Options {
     std::vector<std::string> scenes;
     std::vector<std::string> methods;
-    int frames = 240, passes = 5, truth = 960;
+    int frames = 240, walk = 60, passes = 5, truth = 960;
     double speed = 1; ///< walking speed
     double share = 0; ///< of the objects in the view volume, or 0: any
     int seen = 0;     ///< objects that the places see, or 0: any
@@ -63,12 +63,12 @@ double percentile(std::vector<double> values, double part) {
     return values[static_cast<std::size_t>(double(values.size()) * part)];
 }
 
-Row measure(const Culler& culler, const std::vector<View>& views, const Truth& truth, int passes) {
+Row measure(const Culler& culler, const std::vector<View>& views, const Truth& truth, const Options& options) {
     Row row;
     row.name = culler.name();
     std::vector<double> best(views.size(), 1e9);
     CullResult result;
-    for (int pass = 0; pass < passes; ++pass) {
+    for (int pass = 0; pass < options.passes; ++pass) {
         ViewState state;
         for (int warm = 0; warm < 2; ++warm)
             culler.cull(views[0], state, result);
@@ -99,8 +99,8 @@ Row measure(const Culler& culler, const std::vector<View>& views, const Truth& t
     }
     row.times = best;
     std::vector<double> spikes;
-    for (std::size_t first = 0; first < best.size(); first += bench::kWalk) {
-        std::size_t last = std::min(best.size(), first + bench::kWalk);
+    for (std::size_t first = 0; first < best.size(); first += std::size_t(options.walk)) {
+        std::size_t last = std::min(best.size(), first + std::size_t(options.walk));
         double own = percentile({best.begin() + std::ptrdiff_t(first), best.begin() + std::ptrdiff_t(last)}, 0.5);
         for (std::size_t f = first; f < last; ++f)
             spikes.push_back(best[f] / own);
@@ -206,8 +206,8 @@ void run(const std::string& path, const Options& options) {
     }
     auto frustum_culler = make_culler("frustum", cull_scene);
     std::vector<View> views =
-        bench::street_walk(*scene, tracer, **frustum_culler, options.frames, options.speed, options.share,
-                           options.seen);
+        bench::street_walk(*scene, tracer, **frustum_culler, options.frames, options.walk, options.speed,
+                           options.share, options.seen);
     if (views.empty()) {
         std::printf("%s: found no place to walk\n", path.c_str());
         return;
@@ -235,7 +235,7 @@ void run(const std::string& path, const Options& options) {
         for (std::unique_ptr<Culler>& peer : bench::make_peers(*scene, input))
             cullers.push_back(std::move(peer));
     for (const std::unique_ptr<Culler>& culler : cullers) {
-        Row row = measure(*culler, views, truth, options.passes);
+        Row row = measure(*culler, views, truth, options);
         if (!options.each.empty())
             write_frames(options.each, path, row);
         if (row.name == "frustum-scalar") {
@@ -270,6 +270,8 @@ int main(int argc, char** argv) {
         auto value = [&] { return i + 1 < argc ? argv[++i] : "0"; };
         if (!std::strcmp(argv[i], "--frames"))
             options.frames = std::atoi(value());
+        else if (!std::strcmp(argv[i], "--walk"))
+            options.walk = std::max(1, std::atoi(value()));
         else if (!std::strcmp(argv[i], "--passes"))
             options.passes = std::atoi(value());
         else if (!std::strcmp(argv[i], "--truth"))

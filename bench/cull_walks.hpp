@@ -14,8 +14,6 @@
 
 namespace antumbra::bench {
 
-inline constexpr int kWalk = 60; ///< frames from one place
-
 /// A place in the open that sees something, and the way ahead.
 struct Place {
     Vec3d eye, ahead;
@@ -82,10 +80,10 @@ inline std::vector<std::uint64_t> find_seen(const Scene& scene, const Tracer& tr
     return bits;
 }
 
-/// Walks of one second at 60 frames, forward where there is room. `share` above 0: only from places in the street with
+/// Walks of `length` frames, at 60 a second, forward where there is room. `share` above 0: only from places in the street with
 /// that share of all objects in the view volume (within a tenth). `seen` above 0: and that see so many (within a quarter).
 inline std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, const Culler& frustum, int frames,
-                                     double speed, double share, int seen) {
+                                     int length, double speed, double share, int seen) {
     Vec3d size = to_double(scene.local_bounds()).size();
     double unit = std::max({size.x, size.y, size.z}) / 500; // a step: two thousandths of the scene
     Random random(7);
@@ -106,7 +104,7 @@ inline std::vector<View> street_walk(const Scene& scene, const Tracer& tracer, c
             continue;
         if (seen > 0 && std::abs(count(find_seen(scene, tracer, view, 480, 0)) - seen) > seen / 4)
             continue;
-        for (int i = 0; i < kWalk && int(views.size()) < frames; ++i) {
+        for (int i = 0; i < length && int(views.size()) < frames; ++i) {
             view.eye = place.eye + place.ahead * (unit * 0.05 * speed * i);
             view.target = view.eye + place.ahead;
             views.push_back(view);
