@@ -50,6 +50,8 @@ class Table {
         std::string line;
         if (!file || !std::getline(file, line))
             return {}; // begins
+        for (; line.starts_with('#') && file; std::getline(file, line)) // remarks: which commit, which machine
+            remarks_ += line + "\n";
         if (line != kHead)
             return {ErrorCode::usage, arguments_.table + ": is no table of antumbra prove; choose another file"};
         while (std::getline(file, line)) {
@@ -84,7 +86,7 @@ class Table {
         for (const ProofMethod& method : result.methods)
             if (method.frames > 0)
                 rows_[key_of(split(row(method)))] = row(method);
-        std::string text = std::string(kHead) + "\n";
+        std::string text = remarks_ + kHead + "\n";
         for (const auto& [key, line] : rows_)
             text += line + "\n";
         return write_file_atomically(arguments_.table, text);
@@ -110,6 +112,7 @@ class Table {
 
     const ProveArguments& arguments_;
     const Scene& scene_;
+    std::string remarks_; ///< lines with # before the head
     std::map<std::string, std::string> rows_;
 };
 
@@ -218,7 +221,7 @@ void add_prove(CLI::App& app) {
         ->capture_default_str();
     command.add_option("--occluders", options.occluders, "Occluders per frame, for methods that choose some [theirs]");
     command.add_option("-o,--table", arguments->table,
-                       "Table (.csv) of what is proved: kept after every block, read again by the next run");
+                       "Table (.csv) of what is proved: kept after every block, read again by the next run; lines with # before its head stay");
     add_common(command, arguments->common, "antumbra prove house.glb --random-frames 2000 -o proof.csv",
                [arguments] { return run_prove(*arguments); });
 }

@@ -344,5 +344,82 @@ TEST(Safety, reversed_z_changes_nothing_and_a_far_plane_only_cuts) {
     expect(b, view, hidden, false, "beyond the far plane");
 }
 
+/// Coordinates are snapped to a grid when a scene is made: the narrowest gap there is has one step of it, which in floats
+/// is one unit in the last place or a few.
+TEST(Safety, a_gap_of_one_step_of_the_grid_stays_open) {
+    int open = 0;
+    double narrowest = 1;
+    for (int exponent = -10; exponent >= -30; --exponent) {
+        Builder b;
+        double gap = std::ldexp(1.0, exponent);
+        std::uint32_t left = b.wall(-4, 3, -4, 4, -4), right = b.wall(3 + gap, 4, -4, 4, -4);
+        std::uint32_t thing = b.wall(2, 5, -1, 1, -6);
+        Result<Scene> scene = Scene::create(b.raw);
+        ASSERT_TRUE(scene.ok());
+        double width = double(scene->objects()[right].bounds.min.x) - double(scene->objects()[left].bounds.max.x);
+        if (!(width > 0))
+            break; // closed by snapping: no gap any more
+        ++open;
+        narrowest = width;
+        expect(b, looking({3, 0, 0}), thing, true, ("gap 2^" + std::to_string(exponent)).c_str());
+    }
+    EXPECT_GE(open, 8);
+    EXPECT_LE(narrowest, 0x1p-19) << "the grid of a scene of this size is finer";
+}
+
+TEST(Safety, things_that_cross_the_near_plane_or_hold_the_eye_stay_visible) {
+    Builder b;
+    b.wall(-4, 4, -4, 4, -4);
+    std::uint32_t crossing = b.quad({-0.1, 0, -0.5}, {0.2, 0, 0}, {0, 0, -8}); // its box begins before the near plane
+    std::uint32_t around = b.quad({-1, -0.5, 1}, {2, 0, 0}, {0, 1, -9});       // its box holds the eye
+    View view = looking({0, 0.2, 0});
+    view.near_plane = 1;
+    expect(b, view, crossing, true, "across the near plane");
+    expect(b, view, around, true, "around the eye");
+    view.near_plane = 0;
+    expect(b, view, around, true, "around the eye, near plane at the eye");
+    view.projection = Projection::orthographic;
+    view.height = 8;
+    view.near_plane = 1;
+    expect(b, view, around, true, "orthographic, around the eye");
+}
+
+TEST(Safety, narrow_flat_and_skewed_views_lose_nothing) {
+    Builder b;
+    b.wall(-4, 4, -4, 4, -4);
+    std::uint32_t hidden = b.wall(-1, 1, -1, 1, -6), beside = b.wall(6.5, 7, -1, 1, -6);
+    for (double aspect : {0.02, 1.0, 50.0})
+        for (const Vec3d& up : {Vec3d{0, 1, 0}, Vec3d{1, 1, 0}, Vec3d{1, 0, 0}, Vec3d{0.3, 0.2, -5}}) {
+            View view = looking();
+            view.aspect = aspect;
+            view.up = up;
+            expect(b, view, hidden, false, "skewed, behind", Published::may_report);
+            view.target = Vec3d{6.75, 0, -6}; // past the edge
+            expect(b, view, beside, true, "skewed, beside");
+            view.fov_y_deg = 0.01;
+            expect(b, view, beside, true, "skewed, through a telescope");
+        }
+}
+
+TEST(Safety, an_eye_on_behind_and_inside_the_planes_of_a_box_sees_what_it_sees) {
+    Builder b;
+    // A closed box, single-sided, its fronts outside.
+    const double s = 2;
+    b.quad({-s, -s, s}, {2 * s, 0, 0}, {0, 2 * s, 0}, kOccludes);
+    b.quad({s, -s, -s}, {-2 * s, 0, 0}, {0, 2 * s, 0}, kOccludes);
+    b.quad({s, -s, s}, {0, 0, -2 * s}, {0, 2 * s, 0}, kOccludes);
+    b.quad({-s, -s, -s}, {0, 0, 2 * s}, {0, 2 * s, 0}, kOccludes);
+    b.quad({-s, s, s}, {2 * s, 0, 0}, {0, 0, -2 * s}, kOccludes);
+    b.quad({-s, -s, -s}, {2 * s, 0, 0}, {0, 0, 2 * s}, kOccludes);
+    std::uint32_t thing = b.wall(-0.5, 4, -0.5, 4, -8);
+    expect(b, looking({0, 0, 8}), thing, false, "from outside");
+    expect(b, looking({0, 0, 0}), thing, true, "from inside: the backs hide nothing");
+    expect(b, looking({0, 0, -s}), thing, true, "on the far side");
+    expect(b, looking({0, 0, std::nextafter(-s, -3.0)}), thing, true, "just beyond the far side");
+    expect(b, looking({s, 0, 8}), thing, true, "in the plane of a side");
+    expect(b, looking({s, s, 8}, {-0.1, -0.1, -1}), thing, true, "on two planes at once");
+    expect(b, looking({0, s, 8}, {0, -0.1, -1}), thing, true, "in the plane of the top");
+}
+
 } // namespace
 } // namespace antumbra

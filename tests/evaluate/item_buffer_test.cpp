@@ -1,3 +1,4 @@
+#include "base/random.hpp"
 #include "evaluate/item_buffer.hpp"
 #include "support/make_scene.hpp"
 
@@ -120,6 +121,20 @@ TEST(ItemBuffer, ThreadsDoNotChangeIt) {
             first = sets;
         EXPECT_EQ(sets, first) << threads << " threads";
     }
+}
+
+TEST(ItemBuffer, JitterIsTheFirstTwoNumbersOfThePixelsStream) {
+    Scene scene = wall_and_box();
+    Tracer tracer = Tracer::build(scene);
+    PixelRays rays = PixelRays::of_view(in(scene, looking_down_z()), 7, 5);
+    const std::uint64_t seed = 0x123456789ABCull, stream = 0xFEDCBA987654ull;
+    ItemBuffer buffer = ItemBuffer::render(tracer, rays, {PixelSampling::jittered, seed, stream});
+    for (std::uint32_t y = 0; y < 5; ++y)
+        for (std::uint32_t x = 0; x < 7; ++x) {
+            Random random(seed, stream, y * 7 + x);
+            double right = random.uniform(), down = random.uniform();
+            EXPECT_EQ(buffer.ray(x, y).direction, rays.at(x + right, y + down).direction);
+        }
 }
 
 TEST(ItemBuffer, LostPixelsAreConfirmedOneByOne) {
