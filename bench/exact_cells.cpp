@@ -1,91 +1,61 @@
 // Whole cells by the exact method (Nirenstein, Blake, Gain 2002, section 5): the papers' partitions of the generated town
 // and forest, each triangle a unit.
 //
-//   bench_exact_cells SCENE.. [--cells N] [--csv FILE] [--seed S] [--fast|--published] [--no-OPTION..]
+//   bench_exact_cells SCENE.. [--cells N] [--csv FILE] [--seed S] [--seconds LIMIT] [--fast|--published] [--no-OPTION..]
 //
 // SCENE is KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of
 // which the two lowest levels) or forest:1450000:grid (20 x 20). Random cells of those that hold a point in free space.
 // CPU seconds of one thread; a machine of two cores that has cells enough needs half of that per cell.
-#include "bake/exact/cell.hpp"
-#include "bake/viewpoint.hpp"
-#include "base/random.hpp"
+#include "exact_setups.hpp"
 
-#include <antumbra/generate.hpp>
-
-#include <algorithm>
+#include <atomic>
 #include <bit>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include <chrono>
+#include <condition_variable>
 #include <cstring>
-#include <ctime>
-#include <string>
-#include <vector>
+#include <mutex>
+#include <thread>
 
 using namespace antumbra;
 using namespace antumbra::exact;
 
 namespace {
 
-double cpu_seconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
-}
-
-struct Setup {
-    std::string kind;
-    std::uint64_t triangles = 0;
-    double cell = 0; ///< edge in metres, 0: the paper's grid
-};
-
-Setup parse(const char* text) {
-    char kind[32] = "", cell[32] = "";
-    unsigned long long triangles = 0;
-    if (std::sscanf(text, "%31[^:]:%llu:%31s", kind, &triangles, cell) != 3) {
-        std::fprintf(stderr, "not KIND:TRIANGLES:CELL: %s\n", text);
-        std::exit(2);
-    }
-    return {kind, triangles, std::atof(cell)};
-}
-
-/// Random cells (local, on the grid).
-std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tree, const Tracer& tracer, const Setup& setup,
-                                  std::size_t wanted, std::uint64_t seed) {
-    std::vector<GridBox> cells;
-    Random random(seed, 77);
-    Box3d bounds = to_double(scene.local_bounds());
-    bool forest = setup.kind == "forest";
-    for (int attempt = 0; attempt < 100000 && cells.size() < wanted; ++attempt) {
-        Vec3d low, size;
-        if (setup.cell > 0) {
-            size = {setup.cell, std::min(setup.cell, 2.0), setup.cell};
-            for (int k = 0; k < 3; ++k)
-                low[k] = k == 1 ? bounds.min.y + 1 : random.uniform(bounds.min[k], bounds.max[k] - size[k]);
-        } else {
-            double across = forest ? 20 : 32;
-            size = {bounds.size().x / across, forest ? 4.0 : bounds.size().y / 16, bounds.size().z / across};
-            double level = forest ? 0 : random.below(2);
-            low = {bounds.min.x + size.x * random.below(static_cast<std::uint32_t>(across)), bounds.min.y + size.y * level,
-                   bounds.min.z + size.z * random.below(static_cast<std::uint32_t>(across))};
-        }
-        GridBox box{tree.to_grid(low), tree.to_grid(low + size)};
-        bool free = false;
-        for (int k = 0; k < 64 && !free; ++k)
-            free = is_viewpoint(tracer, {random.uniform(low.x, low.x + size.x), random.uniform(low.y, low.y + size.y),
-                                         random.uniform(low.z, low.z + size.z)});
-        if (free)
-            cells.push_back(box);
-    }
-    return cells;
-}
-
 struct Options {
     std::size_t cells = 4;
     std::uint64_t seed = 1;
     const char* csv = nullptr;
     const char* queries = nullptr; ///< CSV of effective occluders and times
+    unsigned seconds = 0;          ///< a cell that takes longer is stopped, and says so; 0: none is
     CellOptions cell;
+};
+
+/// Sets a flag after some seconds, unless it ends before.
+class Alarm {
+  public:
+    Alarm(std::atomic<bool>& flag, unsigned seconds) {
+        if (seconds > 0)
+            thread_ = std::thread([this, &flag, seconds] {
+                std::unique_lock lock(mutex_);
+                if (!wake_.wait_for(lock, std::chrono::seconds(seconds), [this] { return done_; }))
+                    flag = true;
+            });
+    }
+    ~Alarm() {
+        {
+            std::lock_guard lock(mutex_);
+            done_ = true;
+        }
+        wake_.notify_one();
+        if (thread_.joinable())
+            thread_.join();
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    bool done_ = false;
+    std::thread thread_;
 };
 
 struct ByEffective {
@@ -94,17 +64,12 @@ struct ByEffective {
 };
 
 void run(const Setup& setup, const Options& options) {
-    Result<RawScene> raw = generate(setup.kind, {setup.triangles, 1, 1});
-    if (!raw) {
-        std::fprintf(stderr, "%s\n", raw.status().message().c_str());
-        std::exit(1);
-    }
-    Result<Scene> scene = Scene::create(std::move(*raw));
+    Scene scene = generate_setup(setup);
     double start = cpu_seconds();
-    Tracer tracer = Tracer::build(*scene);
-    SceneTree tree = SceneTree::build(*scene, Units::triangles(*scene));
+    Tracer tracer = Tracer::build(scene);
+    SceneTree tree = SceneTree::build(scene, Units::triangles(scene));
     double build = cpu_seconds() - start;
-    std::vector<GridBox> cells = choose_cells(*scene, tree, tracer, setup, options.cells, options.seed);
+    std::vector<GridBox> cells = choose_cells(scene, tree, tracer, setup, options.cells, options.seed);
     CellOptions cell_options = options.cell;
     std::vector<ByEffective> by_effective(1000);
     ByEffective by_kind[2][3];
@@ -120,23 +85,28 @@ void run(const Setup& setup, const Options& options) {
     CellSolver solver(tree, tracer, cell_options);
     CellCounters total;
     double visible_share = 0, worst = 0, sum = 0;
-    std::size_t count = scene->triangles().size();
+    std::size_t count = scene.triangles().size();
     std::vector<double> times;
     for (const GridBox& cell : cells) {
         std::vector<std::uint64_t> bits((count + 63) / 64, 0);
         CellCounters counters;
         double begin = cpu_seconds();
-        solver.solve(cell, bits, counters);
+        std::atomic<bool> stop{false};
+        bool finished = false;
+        {
+            Alarm alarm(stop, options.seconds);
+            finished = solver.solve(cell, bits, counters, {}, &stop);
+        }
         double seconds = cpu_seconds() - begin;
         std::uint64_t visible = 0;
         for (std::uint64_t word : bits)
             visible += static_cast<std::uint64_t>(std::popcount(word));
         std::uint64_t sampled = counters.sampler.uniform + counters.sampler.guided;
         std::fprintf(stderr,
-                     "  %.2f s, visible %llu (first sampled %llu, aimed %llu, mutated %llu, extended %llu), rays %llu, boxes %llu "
+                     "  %s%.2f s, visible %llu (first sampled %llu, aimed %llu, mutated %llu, extended %llu), rays %llu, boxes %llu "
                      "(hidden %llu, by ray %llu), triangles %llu (hidden %llu), pairs %llu (+%llu handed down), windows %llu (hidden %llu), pieces %llu, "
                      "effective mean %.1f most %u, undecided %llu\n",
-                     seconds, (unsigned long long)visible, (unsigned long long)sampled,
+                     finished ? "" : "STOPPED after ", seconds, (unsigned long long)visible, (unsigned long long)sampled,
                      (unsigned long long)counters.sampler.aimed, (unsigned long long)counters.sampler.mutated,
                      (unsigned long long)counters.extended, (unsigned long long)counters.sampler.rays,
                      (unsigned long long)counters.box_queries, (unsigned long long)counters.boxes_hidden,
@@ -155,7 +125,7 @@ void run(const Setup& setup, const Options& options) {
     double n = static_cast<double>(std::max<std::size_t>(cells.size(), 1));
     std::sort(times.begin(), times.end());
     double median = times.empty() ? 0 : times[times.size() / 2];
-    std::string cell = setup.cell > 0 ? std::to_string(static_cast<int>(setup.cell)) + " m" : "grid";
+    std::string cell = setup.cell_name();
     std::printf("%s,%zu,%s,%zu,%.2f,%.3f,%.3f,%.3f,%.4f,%.0f,%.0f,%.0f,%.0f,%.2f,%u,%llu\n", setup.kind.c_str(), count,
                 cell.c_str(), cells.size(), build, sum / n, median, worst, 100 * (1 - visible_share / n),
                 (double)total.sampler.rays / n, (double)total.box_queries / n, (double)total.triangle_queries / n,
@@ -241,6 +211,8 @@ int main(int argc, char** argv) {
             options.csv = value();
         else if (is("--queries"))
             options.queries = value();
+        else if (is("--seconds"))
+            options.seconds = static_cast<unsigned>(std::atoi(value()));
         else if (is("--look-around"))
             cell.look_around = static_cast<std::uint32_t>(std::atoi(value()));
         else if (is("--follow"))
@@ -259,6 +231,8 @@ int main(int argc, char** argv) {
             cell.rays_at_box = static_cast<std::uint32_t>(std::atoi(value()));
         else if (is("--no-virtual"))
             cell.virtual_occluders = false;
+        else if (is("--no-joined"))
+            cell.joined = false;
         else if (is("--no-patches"))
             cell.patches = false;
         else if (is("--published")) {
@@ -266,7 +240,7 @@ int main(int argc, char** argv) {
             cell.rays = 200;
             cell.box_pieces = 60;
         } else {
-            setups.push_back(parse(argv[k]));
+            setups.push_back(parse_setup(argv[k]));
         }
     }
     std::printf("scene,triangles,cell,cells,build_s,mean_s,median_s,worst_s,culled_percent,rays,box_queries,triangle_queries,"

@@ -12,6 +12,7 @@ namespace antumbra::exact {
 namespace {
 
 constexpr std::uint32_t kRaysAtTriangle = 4, kRaysAfterWitness = 64;
+constexpr std::uint32_t kSmallBox = 8; ///< boxes of so few triangles are opened unasked: asking for these costs less
 constexpr std::uint32_t kObjectTriangles = 64; ///< what stands for an object of the paper's two levels
 
 double thread_seconds() {
@@ -95,12 +96,12 @@ struct Windows {
     }
 };
 
-/// Signs of the plane of a triangle over the corners of a box: is some corner in front, is some behind?
+/// Signs of the plane of a polygon over the corners of a box: is some corner in front, is some behind?
 struct SidesOfBox {
     bool front = false, back = false;
-    SidesOfBox(const std::array<GridPoint, 3>& triangle, const GridBox& box) {
+    SidesOfBox(std::span<const GridPoint> polygon, const GridBox& box) {
         std::size_t triple[3];
-        GridPlane plane = plane_of(triangle, triple);
+        GridPlane plane = plane_of(polygon, triple);
         for (int i = 0; i < 8; ++i) {
             GridPoint p{i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z};
             Int128 value = plane.at(p);
@@ -147,7 +148,8 @@ struct CellSolver::State {
     CellCounters* counters = nullptr;
     const std::atomic<bool>* cancel = nullptr;
     std::vector<std::uint8_t> hidden_alone; // per triangle
-    std::vector<std::uint32_t> hidden_triangles, hidden_nodes;
+    std::vector<std::uint8_t> asked_patch;  // per patch
+    std::vector<std::uint32_t> hidden_triangles, hidden_nodes, asked_patches;
     std::vector<std::uint32_t> hits;
     /// Published form: all unobstructed lines from the cell to a box around what is asked for; null: not known.
     using Spaces = std::shared_ptr<std::vector<std::shared_ptr<LineSpace>>>;
@@ -155,8 +157,8 @@ struct CellSolver::State {
     Spaces complete; // what its own query found
 
     State(const SceneTree& t, const Tracer& r, const CellOptions& o)
-        : tree(t), tracer(r), arbiter(r), options(o), occluders(t), seen(t), sampler(t, r, seen),
-          hidden_alone(t.corners_count(), 0) {}
+        : tree(t), tracer(r), arbiter(r), options(o), occluders(t, o.joined && o.form == ExactForm::fast), seen(t), sampler(t, r, seen),
+          hidden_alone(t.corners_count(), 0), asked_patch(t.patches().count(), 0) {}
 
     bool cancelled() const { return cancel && cancel->load(std::memory_order_relaxed); }
     void begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count);
@@ -168,7 +170,9 @@ struct CellSolver::State {
     bool box_meets_spaces(const GridBox& box);
     bool meets_spaces(std::span<const GridPoint> polygon);
     Answer ask_box(std::uint32_t node);
+    Answer ask_polygon(std::span<const GridPoint> corners, bool both_sides, std::uint64_t key, Witness* witness);
     Answer ask_triangle(std::uint32_t triangle, Witness* witness);
+    bool hide_patch(std::uint32_t triangle);
     void extend(const Witness& witness);
     void decide_triangle(std::uint32_t triangle);
     void hide_node(std::uint32_t node);
@@ -183,6 +187,9 @@ void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bi
     for (std::uint32_t t : hidden_triangles)
         hidden_alone[t] = 0;
     hidden_triangles.clear();
+    for (std::uint32_t p : asked_patches)
+        asked_patch[p] = 0;
+    asked_patches.clear();
     hidden_nodes.clear();
     const Scene& scene = tree.scene();
     for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
@@ -316,17 +323,48 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
 }
 
 Answer CellSolver::State::ask_triangle(std::uint32_t triangle, Witness* witness) {
+    return ask_polygon(tree.corners(triangle), tree.both_sides(triangle), std::uint64_t(triangle) << 32 | 0x80000000u, witness);
+}
+
+/// Neighbouring triangles that make a flat polygon are asked for at once, the first time that one of them comes up. True: they
+/// are all hidden.
+bool CellSolver::State::hide_patch(std::uint32_t triangle) {
+    const ConvexPatches& patches = tree.patches();
+    std::uint32_t patch = patches.of(triangle);
+    if (!options.joined || around || patch == ConvexPatches::kNone || !patches.is_flat(patch) || asked_patch[patch])
+        return false;
+    asked_patch[patch] = 1;
+    asked_patches.push_back(patch);
+    for (std::uint32_t t : patches.members(patch))
+        if (hidden_alone[t] || seen.seen(tree.units().of[t]) || touches(cell, tree.corners(t)))
+            return false;
+    Witness witness;
+    switch (ask_polygon(patches.rim(patch), patches.both_sides(patch), std::uint64_t(triangle) << 32 | 0x90000000u, &witness)) {
+    case Answer::visible:
+        extend(witness);
+        return false;
+    case Answer::undecided:
+        return false;
+    case Answer::hidden:
+        for (std::uint32_t t : patches.members(patch))
+            hide_triangle(t);
+        return true;
+    }
+    return false;
+}
+
+/// Is a polygon of the scene visible?
+Answer CellSolver::State::ask_polygon(std::span<const GridPoint> corners, bool both_sides, std::uint64_t key, Witness* witness) {
     ++counters->triangle_queries;
-    const std::array<GridPoint, 3>& corners = tree.corners(triangle);
     GridBox box = box_of(corners);
     SidesOfBox sides(corners, cell);
     Answer answer = Answer::hidden;
     for (int turned = 0; turned < 2; ++turned) {
-        if (turned ? !(sides.back && tree.both_sides(triangle)) : !sides.front)
+        if (turned ? !(sides.back && both_sides) : !sides.front)
             continue;
-        std::array<GridPoint, 3> t = corners;
+        std::vector<GridPoint> t(corners.begin(), corners.end());
         if (turned)
-            std::swap(t[1], t[2]);
+            std::reverse(t.begin(), t.end());
         if (around && !meets_spaces(t)) {
             ++counters->reused;
             continue;
@@ -334,8 +372,7 @@ Answer CellSolver::State::ask_triangle(std::uint32_t triangle, Witness* witness)
         for (int from = 0; from < 6; ++from) {
             if (!reaches_beyond(box, cell, from / 2, from % 2))
                 continue;
-            std::uint64_t key = (std::uint64_t(triangle) << 32 | 0x80000000u) + static_cast<unsigned>(2 * from + turned);
-            QueryResult result = ask(from, t, key, false);
+            QueryResult result = ask(from, t, key + static_cast<unsigned>(2 * from + turned), false);
             if (result.answer == Answer::visible) {
                 if (witness)
                     *witness = result.witness;
@@ -403,7 +440,13 @@ void CellSolver::State::decide_triangle(std::uint32_t triangle) {
         }
         return;
     }
+    if (SidesOfBox sides(tree.corners(triangle), cell); !sides.front && !(sides.back && tree.both_sides(triangle))) {
+        hide_triangle(triangle); // turned away from the whole cell
+        return;
+    }
     if (options.sample_between && sampler.aim_at_triangle(triangle, kRaysAtTriangle))
+        return;
+    if (hide_patch(triangle) || seen.seen(unit))
         return;
     Witness witness;
     switch (ask_triangle(triangle, &witness)) {
@@ -431,7 +474,7 @@ bool CellSolver::State::open(std::uint32_t n) {
     const SceneTree::Node& node = tree.nodes()[n];
     if (occluders.is_hidden(n) || seen.all_seen(n))
         return false;
-    if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= 1)
+    if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= kSmallBox)
         return true;
     // In the published form small boxes are asked for even where a ray came in, for the sake of their line spaces.
     bool complete_space = options.form == ExactForm::published && node.count <= kObjectTriangles;

@@ -32,6 +32,7 @@ struct CellOptions {
     std::uint32_t rays_at_box = 16;     ///< of sample_between
     bool virtual_occluders = true;      ///< false only to measure what they are worth
     bool windows = true;                ///< one query through two windows before the pairs of faces of a box
+    bool joined = true;                 ///< flat neighbouring triangles as one occluder (fast form); false only to measure
     bool patches = true;                ///< connected surfaces as single occluders; false only to measure
     bool filtered = true;               ///< false: the oracle
     ExactForm form = ExactForm::fast;

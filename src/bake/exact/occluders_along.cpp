@@ -59,7 +59,8 @@ bool may_cross(const Vec3d& d, const Vec3d* v, std::size_t n) {
 
 } // namespace
 
-OccludersAlong::OccludersAlong(const SceneTree& tree) : tree_(tree), marks_(tree.nodes().size(), 0) {}
+OccludersAlong::OccludersAlong(const SceneTree& tree, bool joined)
+    : tree_(tree), joined_(joined), marks_(tree.nodes().size(), 0) {}
 
 void OccludersAlong::forget_hidden() {
     for (std::uint32_t node : marked_)
@@ -86,7 +87,13 @@ std::array<GridPoint, 4> OccludersAlong::virtual_polygon(const GridBox& box, int
 
 const certify::Polygon& OccludersAlong::polygon(OccluderId id) {
     polygon_.corners.clear();
-    if (id < kFace) {
+    if (is_patch(id)) {
+        std::span<const GridPoint> rim = tree_.patches().rim(id - kPatch);
+        polygon_.corners.assign(rim.begin(), rim.end());
+        polygon_.both_sides = tree_.patches().both_sides(id - kPatch);
+        return polygon_;
+    }
+    if (id < kPatch) {
         for (const GridPoint& p : tree_.corners(id))
             polygon_.corners.push_back(p);
         polygon_.both_sides = tree_.both_sides(id);
@@ -167,8 +174,11 @@ bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t li
                 Vec3d v[3];
                 for (std::size_t c = 0; c < 3; ++c)
                     v[c] = to_vector(tree_.corners(t)[c]) - p;
-                if (may_cross(d, v, 3))
-                    found.push_back(t);
+                if (!may_cross(d, v, 3))
+                    continue;
+                if (OccluderId whole = whole_of(t); whole != t)
+                    found.push_back(whole);
+                found.push_back(t);
             }
             continue;
         }

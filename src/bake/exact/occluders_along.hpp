@@ -13,7 +13,8 @@ namespace antumbra::exact {
 /// (proven-empty line sets, handed down to what lies behind).
 class OccludersAlong final : public OccluderSource {
   public:
-    explicit OccludersAlong(const SceneTree& tree);
+    /// `joined`: neighbouring triangles also as one occluder (ConvexPatches); never for certificates, whose blockers are triangles.
+    explicit OccludersAlong(const SceneTree& tree, bool joined = false);
 
     void forget_hidden();
     void mark_hidden(std::uint32_t node) { mark(node, kHidden); }
@@ -28,12 +29,19 @@ class OccludersAlong final : public OccluderSource {
     bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
     bool in_hull(std::span<const GridPlane> around, std::vector<OccluderId>& found) override;
     const certify::Polygon& polygon(OccluderId id) override;
+    bool is_flat(OccluderId id) override { return !is_patch(id) || tree_.patches().is_flat(id - kPatch); }
+    OccluderId whole_of(OccluderId id) override {
+        std::uint32_t patch = joined_ && id < kPatch ? tree_.patches().of(id) : ConvexPatches::kNone;
+        return patch == ConvexPatches::kNone ? id : kPatch + patch;
+    }
 
-    bool has_neighbours(OccluderId id) override { return id < kFace; }
+    bool has_neighbours(OccluderId id) override { return id < kPatch; }
     bool neighbours(OccluderId id, std::size_t edge, std::vector<OccluderId>& found) override;
 
-    /// Ids of polygons inside hidden boxes: kVirtual + 12 * node + k; of hidden faces: kFace + 6 * node + face.
-    static constexpr OccluderId kVirtual = 0x80000000u, kFace = 0x40000000u;
+    /// Ids of polygons inside hidden boxes: kVirtual + 12 * node + k; of hidden faces: kFace + 6 * node + face; of joined
+    /// triangles: kPatch + patch.
+    static constexpr OccluderId kVirtual = 0x80000000u, kFace = 0x40000000u, kPatch = 0x20000000u;
+    static bool is_patch(OccluderId id) { return id >= kPatch && id < kFace; }
     static std::array<GridPoint, 4> virtual_polygon(const GridBox& box, int k);
 
   private:
@@ -44,6 +52,7 @@ class OccludersAlong final : public OccluderSource {
         marks_[node] |= bits;
     }
     const SceneTree& tree_;
+    bool joined_;
     std::vector<std::uint64_t> marks_; ///< per node
     std::vector<std::uint32_t> marked_;
     int from_ = -1;

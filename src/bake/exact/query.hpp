@@ -30,8 +30,13 @@ class OccluderSource {
     /// meet in the hull of the two polygons of a query. The published form asks for all occluders at once. False:
     /// not supported.
     virtual bool in_hull(std::span<const GridPlane>, std::vector<OccluderId>&) { return false; }
-    /// The polygon behind an id: convex, planar, with an area. Valid until the next call.
+    /// The polygon behind an id: convex, planar unless is_flat() says no, with an area. Valid until the next call.
     virtual const certify::Polygon& polygon(OccluderId id) = 0;
+    /// Do all corners of the polygon lie in one plane? If not, it is the rim of an oriented disc of triangles without an inner
+    /// corner, which blocks the lines that pass all edges of the rim on one side.
+    virtual bool is_flat(OccluderId) { return true; }
+    /// A larger occluder that this one is part of, or itself. near_segment() names the larger one first.
+    virtual OccluderId whole_of(OccluderId id) { return id; }
     /// Is this occluder part of a surface whose neighbours are known?
     virtual bool has_neighbours(OccluderId) { return false; }
     /// Appends all other occluders that share edge k (from corner k to the next) of `id`, same two ends exactly. Returns

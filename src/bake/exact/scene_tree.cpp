@@ -248,6 +248,7 @@ SceneTree SceneTree::build(const Scene& scene, Units units) {
         if (std::uint32_t unit = tree.nodes_[n].unit; unit != kManyObjects && tree.root_of_[unit] == UINT32_MAX)
             tree.root_of_[unit] = n;
     tree.connect_edges();
+    tree.patches_ = ConvexPatches::build(tree);
     return tree;
 }
 

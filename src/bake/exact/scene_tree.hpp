@@ -2,6 +2,7 @@
 // unit. What exact queries walk from front to back, and where the occluders along a line are found.
 #pragma once
 
+#include "bake/exact/convex_patches.hpp"
 #include "bake/exact/units.hpp"
 #include "geometry/pluecker.hpp"
 
@@ -81,6 +82,8 @@ class SceneTree {
     }
     /// A number for the point where an edge starts: equal numbers are equal points.
     std::uint32_t edge_start(std::uint32_t edge) const { return point_of_[edge]; }
+    /// Neighbouring triangles joined to larger occluders.
+    const ConvexPatches& patches() const { return patches_; }
     /// Local coordinates must be whole multiples of the scene's step.
     GridPoint to_grid(const Vec3d& local) const;
     Vec3d to_local(const Vec3d& grid) const { return grid * scene_->step(); }
@@ -96,6 +99,7 @@ class SceneTree {
     std::vector<std::uint32_t> edge_group_;            // per edge
     std::vector<std::uint32_t> group_first_, edges_;   // edges by group
     void connect_edges();
+    ConvexPatches patches_;
 
     struct Builder;
 };

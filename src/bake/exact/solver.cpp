@@ -135,6 +135,14 @@ auto Solver<F, W>::prepare(OccluderId id) -> const Prepared& {
     }
     if (!some_s || !some_t)
         return occluder;
+    if (!source_->is_flat(id)) { // nothing to clip: wholly in the closed fronts, and no triangle of it in one of the planes
+        if (behind_s || behind_t || std::count(at_s.begin(), at_s.end(), 0) > 2 || std::count(at_t.begin(), at_t.end(), 0) > 2)
+            return occluder;
+        for (std::size_t i = 0; i < n; ++i)
+            occluder.edges.push_back(store_.edge(corners[i], corners[(i + 1) % n]));
+        occluder.empty = false;
+        return occluder;
+    }
     if (!some_both && outside_fronts(corners))
         return occluder;
     std::size_t triple[3];
@@ -218,11 +226,20 @@ auto Solver<F, W>::find_blocker(const Candidate& line, const Piece* piece, int& 
         bool more = source_->near_segment(line.near_p, line.near_q, limit, found_);
         std::size_t best = SIZE_MAX; // an index: prepare() may move what it keeps
         double best_score = 0;
+        OccluderId whole = 0; // the last larger occluder that blocks
+        bool have_whole = false;
         for (OccluderId id : found_) {
+            OccluderId larger = source_->whole_of(id);
+            if (have_whole && larger == whole && larger != id)
+                continue;
             const Prepared& occluder = prepare(id);
             int sign = blocks(occluder, line.line);
             if (sign == 0)
                 continue;
+            if (larger == id) {
+                whole = id;
+                have_whole = true;
+            }
             double value = piece ? score(occluder, sign, *piece, line.line) : 0;
             if (best == SIZE_MAX || value > best_score) {
                 best = static_cast<std::size_t>(&occluder - prepared_.data());

@@ -1,0 +1,90 @@
+// The generated scenes and the cells of the studies of the exact method, shared by their benchmarks: the papers' partitions
+// of town and forest (Nirenstein, Blake, Gain 2002, section 5).
+#pragma once
+
+#include "bake/exact/cell.hpp"
+#include "bake/viewpoint.hpp"
+#include "base/random.hpp"
+
+#include <antumbra/generate.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+#include <vector>
+
+namespace antumbra::exact {
+
+/// CPU seconds of the calling thread.
+inline double cpu_seconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+/// KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of which the
+/// two lowest levels) or forest:1450000:grid (20 x 20).
+struct Setup {
+    std::string kind;
+    std::uint64_t triangles = 0;
+    double cell = 0; ///< edge in metres, 0: the paper's grid
+
+    std::string cell_name() const { return cell > 0 ? std::to_string(static_cast<int>(cell)) + " m" : "grid"; }
+};
+
+/// Ends the program if it is none.
+inline Setup parse_setup(const char* text) {
+    char kind[32] = "", cell[32] = "";
+    unsigned long long triangles = 0;
+    if (std::sscanf(text, "%31[^:]:%llu:%31s", kind, &triangles, cell) != 3) {
+        std::fprintf(stderr, "not KIND:TRIANGLES:CELL: %s\n", text);
+        std::exit(2);
+    }
+    return {kind, triangles, std::atof(cell)};
+}
+
+/// The same scene on every machine: its fingerprint says so. Ends the program on failure.
+inline Scene generate_setup(const Setup& setup) {
+    Result<RawScene> raw = generate(setup.kind, {setup.triangles, 1, 1});
+    if (!raw) {
+        std::fprintf(stderr, "%s\n", raw.status().message().c_str());
+        std::exit(1);
+    }
+    return std::move(*Scene::create(std::move(*raw)));
+}
+
+/// Random cells (local, on the grid) that hold a point in free space; the first `n` do not depend on `wanted`.
+inline std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tree, const Tracer& tracer, const Setup& setup,
+                                         std::size_t wanted, std::uint64_t seed) {
+    std::vector<GridBox> cells;
+    Random random(seed, 77);
+    Box3d bounds = to_double(scene.local_bounds());
+    bool forest = setup.kind == "forest";
+    for (int attempt = 0; attempt < 100000 && cells.size() < wanted; ++attempt) {
+        Vec3d low, size;
+        if (setup.cell > 0) {
+            size = {setup.cell, std::min(setup.cell, 2.0), setup.cell};
+            for (int k = 0; k < 3; ++k)
+                low[k] = k == 1 ? bounds.min.y + 1 : random.uniform(bounds.min[k], bounds.max[k] - size[k]);
+        } else {
+            double across = forest ? 20 : 32;
+            size = {bounds.size().x / across, forest ? 4.0 : bounds.size().y / 16, bounds.size().z / across};
+            double level = forest ? 0 : random.below(2);
+            low = {bounds.min.x + size.x * random.below(static_cast<std::uint32_t>(across)), bounds.min.y + size.y * level,
+                   bounds.min.z + size.z * random.below(static_cast<std::uint32_t>(across))};
+        }
+        GridBox box{tree.to_grid(low), tree.to_grid(low + size)};
+        bool free = false;
+        for (int k = 0; k < 64 && !free; ++k)
+            free = is_viewpoint(tracer, {random.uniform(low.x, low.x + size.x), random.uniform(low.y, low.y + size.y),
+                                         random.uniform(low.z, low.z + size.z)});
+        if (free)
+            cells.push_back(box);
+    }
+    return cells;
+}
+
+} // namespace antumbra::exact
