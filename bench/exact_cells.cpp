@@ -5,6 +5,7 @@
 //
 // SCENE is KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of
 // which the two lowest levels) or forest:1450000:grid (20 x 20). Random cells of those that hold a point in free space.
+// FILE@XxYxZ: the cells of that grid over a scene, whose units are its objects.
 // CPU seconds of one thread; a machine of two cores that has cells enough needs half of that per cell.
 #include "exact_setups.hpp"
 
@@ -67,7 +68,7 @@ void run(const Setup& setup, const Options& options) {
     Scene scene = generate_setup(setup);
     double start = cpu_seconds();
     Tracer tracer = Tracer::build(scene);
-    SceneTree tree = SceneTree::build(scene, Units::triangles(scene));
+    SceneTree tree = SceneTree::build(scene, setup.units(scene));
     double build = cpu_seconds() - start;
     std::vector<GridBox> cells = choose_cells(scene, tree, tracer, setup, options.cells, options.seed);
     CellOptions cell_options = options.cell;
@@ -85,10 +86,10 @@ void run(const Setup& setup, const Options& options) {
     CellSolver solver(tree, tracer, cell_options);
     CellCounters total;
     double visible_share = 0, worst = 0, sum = 0;
-    std::size_t count = scene.triangles().size();
+    std::size_t count = tree.units().count();
     std::vector<double> times;
     for (const GridBox& cell : cells) {
-        std::vector<std::uint64_t> bits((count + 63) / 64, 0);
+        std::vector<std::uint64_t> bits((tree.units().count() + 63) / 64, 0);
         CellCounters counters;
         double begin = cpu_seconds();
         std::atomic<bool> stop{false};

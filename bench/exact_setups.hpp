@@ -7,11 +7,13 @@
 #include "base/random.hpp"
 
 #include <antumbra/generate.hpp>
+#include <antumbra/import.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <string>
 #include <vector>
@@ -31,23 +33,40 @@ struct Setup {
     std::string kind;
     std::uint64_t triangles = 0;
     double cell = 0; ///< edge in metres, 0: the paper's grid
+    std::string file; ///< FILE@XxYxZ: a scene of that many cells, whose units are its objects
+    unsigned across[3] = {1, 1, 1};
 
-    std::string cell_name() const { return cell > 0 ? std::to_string(static_cast<int>(cell)) + " m" : "grid"; }
+    Units units(const Scene& scene) const { return file.empty() ? Units::triangles(scene) : Units::objects(scene); }
+    std::string cell_name() const { return !file.empty() ? "file" : cell > 0 ? std::to_string(static_cast<int>(cell)) + " m" : "grid"; }
 };
 
 /// Ends the program if it is none.
 inline Setup parse_setup(const char* text) {
     char kind[32] = "", cell[32] = "";
+    if (const char* at = std::strrchr(text, '@')) {
+        Setup setup;
+        setup.file.assign(text, at);
+        setup.kind = setup.file.substr(setup.file.find_last_of('/') + 1);
+        if (std::sscanf(at + 1, "%ux%ux%u", &setup.across[0], &setup.across[1], &setup.across[2]) != 3)
+            std::exit((std::fprintf(stderr, "not FILE@XxYxZ: %s\n", text), 2));
+        return setup;
+    }
     unsigned long long triangles = 0;
     if (std::sscanf(text, "%31[^:]:%llu:%31s", kind, &triangles, cell) != 3) {
         std::fprintf(stderr, "not KIND:TRIANGLES:CELL: %s\n", text);
         std::exit(2);
     }
-    return {kind, triangles, std::atof(cell)};
+    return {kind, triangles, std::atof(cell), {}, {1, 1, 1}};
 }
 
 /// The same scene on every machine: its fingerprint says so. Ends the program on failure.
 inline Scene generate_setup(const Setup& setup) {
+    if (!setup.file.empty()) {
+        Result<Scene> scene = load_scene(setup.file);
+        if (!scene)
+            std::exit((std::fprintf(stderr, "%s\n", scene.status().message().c_str()), 1));
+        return std::move(*scene);
+    }
     Result<RawScene> raw = generate(setup.kind, {setup.triangles, 1, 1});
     if (!raw) {
         std::fprintf(stderr, "%s\n", raw.status().message().c_str());
@@ -63,6 +82,18 @@ inline std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tr
     Random random(seed, 77);
     Box3d bounds = to_double(scene.local_bounds());
     bool forest = setup.kind == "forest";
+    if (!setup.file.empty()) {
+        for (unsigned c = 0; c < setup.across[0] * setup.across[1] * setup.across[2] && cells.size() < wanted; ++c) {
+            unsigned at[3] = {c % setup.across[0], c / setup.across[0] % setup.across[1], c / setup.across[0] / setup.across[1]};
+            Vec3d low, high;
+            for (int k = 0; k < 3; ++k) {
+                low[k] = bounds.min[k] + bounds.size()[k] * at[k] / setup.across[k];
+                high[k] = bounds.min[k] + bounds.size()[k] * (at[k] + 1) / setup.across[k];
+            }
+            cells.push_back({tree.to_grid(low), tree.to_grid(high)});
+        }
+        return cells;
+    }
     for (int attempt = 0; attempt < 100000 && cells.size() < wanted; ++attempt) {
         Vec3d low, size;
         if (setup.cell > 0) {

@@ -28,7 +28,7 @@ struct CellOptions {
     std::uint32_t rays = 1;             ///< random lines per pair of faces, before any polytope (published form: 200)
     std::uint32_t max_pieces = 20000;   ///< budget of one query; beyond it the answer is visible and counted
     std::uint32_t box_pieces = 20000;   ///< the same for boxes; beyond it the box is opened
-    std::uint32_t window_pieces = 32;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
+    std::uint32_t window_pieces = 100;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
     std::uint32_t rays_at_box = 16;     ///< of sample_between
     bool virtual_occluders = true;      ///< false only to measure what they are worth
     bool windows = true;                ///< one query through two windows before the pairs of faces of a box
