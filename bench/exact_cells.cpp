@@ -22,6 +22,15 @@ using namespace antumbra::exact;
 
 namespace {
 
+/// Equal answers, equal numbers.
+std::uint64_t hash_of(const std::vector<std::uint64_t>& bits) {
+    std::uint64_t hash = 0xCBF29CE484222325u;
+    for (std::uint64_t word : bits)
+        for (int byte = 0; byte < 8; ++byte)
+            hash = (hash ^ (word >> (8 * byte) & 255)) * 0x100000001B3u;
+    return hash;
+}
+
 struct Options {
     std::size_t cells = 4;
     std::uint64_t seed = 1;
@@ -106,7 +115,7 @@ void run(const Setup& setup, const Options& options) {
         std::fprintf(stderr,
                      "  %s%.2f s, visible %llu (first sampled %llu, aimed %llu, mutated %llu, extended %llu), rays %llu, boxes %llu "
                      "(hidden %llu, by ray %llu), triangles %llu (hidden %llu), pairs %llu (+%llu handed down), windows %llu (hidden %llu), pieces %llu, "
-                     "effective mean %.1f most %u, undecided %llu\n",
+                     "effective mean %.1f most %u, undecided %llu, answer %016llx\n",
                      finished ? "" : "STOPPED after ", seconds, (unsigned long long)visible, (unsigned long long)sampled,
                      (unsigned long long)counters.sampler.aimed, (unsigned long long)counters.sampler.mutated,
                      (unsigned long long)counters.extended, (unsigned long long)counters.sampler.rays,
@@ -116,7 +125,7 @@ void run(const Setup& setup, const Options& options) {
                      (unsigned long long)counters.pairs_handed_down, (unsigned long long)counters.windows,
                      (unsigned long long)counters.windows_hidden, (unsigned long long)counters.query.pieces,
                      (double)counters.effective / (double)std::max<std::uint64_t>(1, counters.with_effective),
-                     counters.most_effective, (unsigned long long)counters.undecided);
+                     counters.most_effective, (unsigned long long)counters.undecided, (unsigned long long)hash_of(bits));
         sum += seconds;
         worst = std::max(worst, seconds);
         times.push_back(seconds);

@@ -6,7 +6,7 @@
 namespace antumbra::exact {
 namespace {
 
-constexpr std::size_t kLargestPatch = 256;
+constexpr std::size_t kLargestPatch = 1024;
 constexpr int kStarts = 2;
 
 bool outside(const std::vector<GridPlane>& planes, const GridPoint& a, const GridPoint& b) {

@@ -37,6 +37,8 @@ void QueryCounters::add(const QueryCounters& o) {
     sphere_tests += o.sphere_tests;
     sphere_rejected += o.sphere_rejected;
     faces += o.faces;
+    edges_clipped += o.edges_clipped;
+    later_rays += o.later_rays;
     patches_tried += o.patches_tried;
     patches_proved += o.patches_proved;
     most_vertices = std::max(most_vertices, o.most_vertices);

@@ -87,6 +87,7 @@ struct QueryCounters {
     std::uint64_t exact_witnesses = 0, witness_retries = 0, widened = 0, broken = 0;
     std::uint64_t single_cover = 0, random_witness = 0;
     std::uint64_t sphere_tests = 0, sphere_rejected = 0, faces = 0; ///< published form
+    std::uint64_t edges_clipped = 0, later_rays = 0;              ///< published form: edges outside the hull; rays into what is left
     std::uint64_t patches_tried = 0, patches_proved = 0;
     std::uint32_t most_vertices = 0;
     ArithmeticCounters arithmetic;

@@ -149,12 +149,23 @@ auto Solver<F, W>::prepare(OccluderId id) -> const Prepared& {
     GridPlane plane = plane_of(corners, triple);
     if (plane.n.x == 0 && plane.n.y == 0 && plane.n.z == 0)
         return occluder;
+    // The published form clips to the hull of S and T. Edges outside it bound nothing, and its sides no line from S to T; but
+    // without all its edges the polygon ends where its plane leaves the fronts of S and T.
+    std::vector<bool> in_hull(n, true);
+    if (options_->form == ExactForm::published) {
+        if (!clip_to_hull(corners, in_hull))
+            return occluder;
+        auto dropped = static_cast<std::uint64_t>(std::count(in_hull.begin(), in_hull.end(), false));
+        result_->counters.edges_clipped += dropped;
+        behind_s |= dropped > 0;
+        behind_t |= dropped > 0;
+    }
     for (std::size_t i = 0; i < n; ++i) {
         std::size_t j = (i + 1) % n;
         // An edge behind a plane bounds nothing of the part in front. One that lies in the plane does: beyond it
         // lines cross the occluder's plane behind S, or behind T, where it blocks nothing.
         auto is_behind = [&](const std::vector<int>& at) { return at[i] <= 0 && at[j] <= 0 && at[i] + at[j] < 0; };
-        if (corners[i] == corners[j] || is_behind(at_s) || is_behind(at_t))
+        if (!in_hull[i] || corners[i] == corners[j] || is_behind(at_s) || is_behind(at_t))
             continue;
         occluder.edges.push_back(store_.edge(corners[i], corners[j]));
     }
@@ -660,6 +671,7 @@ RunStatus Solver<F, W>::run(std::span<const GridPoint> s, std::span<const GridPo
     }
     store_.reset(frame_.scale_bits);
     frame_.fill(store_);
+    around_ = options.form == ExactForm::published ? frame_.planes_around() : std::vector<GridPlane>();
     RunStatus status = RunStatus::done;
     result.unobstructed.reset();
     if (options.form == ExactForm::published)

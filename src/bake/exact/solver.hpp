@@ -8,6 +8,7 @@
 #include "bake/exact/query.hpp"
 #include "bake/exact/start.hpp"
 
+#include <map>
 #include <unordered_map>
 
 namespace antumbra::exact {
@@ -72,6 +73,13 @@ class Solver {
     };
     RunStatus search_published(Answer& answer);
     std::vector<OccluderId> order_by_rays(Answer& answer);
+    std::vector<OccluderId> order_by_rays_left(std::vector<Whole>& complex, Answer& answer);
+    std::vector<OccluderId> greedy_order(const std::map<OccluderId, std::vector<std::uint32_t>>& rays_of, std::size_t rays) const;
+    std::vector<OccluderId> blockers_of(const Candidate& line);
+    std::vector<OccluderId> rest_of_hull();
+    RunStatus subtract_next(OccluderId id, std::vector<Whole>& complex);
+    bool clip_to_hull(const std::vector<GridPoint>& corners, std::vector<bool>& left) const;
+    bool over_budget() const;
     RunStatus subtract_everywhere(const Prepared& occluder, int crossing, std::vector<Whole>& complex);
     bool keeps_lines(Whole& whole);
     RunStatus find_witness(const Whole& whole);
@@ -97,6 +105,7 @@ class Solver {
     std::vector<OccluderId> found_;
     std::vector<Piece> stack_;
     Piece in_, out_;
+    std::vector<GridPlane> around_; ///< of the published form: the hull of S and T lies behind all of them
 };
 
 extern template class Solver<true, 2>;

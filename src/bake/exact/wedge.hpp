@@ -53,6 +53,23 @@ class Wide {
     std::array<std::uint64_t, 5> limb_{};
 };
 
+/// Sets of columns by their size, and whether a set has an odd number.
+struct ColumnSets {
+    std::array<std::array<std::uint8_t, 20>, 7> of{};
+    std::array<std::uint8_t, 7> count{};
+    std::array<bool, 64> odd{};
+    constexpr ColumnSets() {
+        for (unsigned set = 0; set < 64; ++set) {
+            std::size_t size = 0;
+            for (unsigned rest = set; rest != 0; rest &= rest - 1)
+                ++size;
+            of[size][count[size]++] = static_cast<std::uint8_t>(set);
+            odd[set] = size % 2 == 1;
+        }
+    }
+};
+inline constexpr ColumnSets kSets{};
+
 /// Rows are taken in one after the other, those that depend on earlier ones are dropped, until there are five.
 class Wedge {
   public:
@@ -62,29 +79,28 @@ class Wedge {
     void add(const SmallSix& row) {
         if (complete())
             return;
-        std::array<Wide, 64> next;
+        // Minors of one row more go to other places of the table than those that they are made of.
+        const auto rows = static_cast<std::size_t>(rank_ + 1);
         bool any = false;
-        for (unsigned set = 1; set < 64; ++set) {
-            if (std::popcount(set) != rank_ + 1)
-                continue;
+        for (std::size_t s = 0; s < kSets.count[rows]; ++s) {
+            unsigned set = kSets.of[rows][s];
+            Wide& minor = minors_[set];
+            minor = Wide();
             for (unsigned rest = set; rest != 0; rest &= rest - 1) {
                 auto k = static_cast<unsigned>(std::countr_zero(rest));
                 if (row[k] != 0)
-                    next[set].add_product(minors_[set & ~(1u << k)], row[k], std::popcount(set >> (k + 1)) % 2 == 1);
+                    minor.add_product(minors_[set & ~(1u << k)], row[k], kSets.odd[set >> (k + 1)]);
             }
-            any |= !next[set].is_zero();
+            any |= !minor.is_zero();
         }
-        if (!any)
-            return;
-        minors_ = next;
-        ++rank_;
+        rank_ += any ? 1 : 0;
     }
     /// Coordinate k of the common point, up to one sign for all.
     Integer coordinate(unsigned k, bool negate) const { return minors_[63u & ~(1u << k)].to_integer(negate != (k % 2 == 0)); }
     int sign(unsigned k) const { return minors_[63u & ~(1u << k)].sign() * (k % 2 == 0 ? -1 : 1); }
 
   private:
-    std::array<Wide, 64> minors_{};
+    std::array<Wide, 64> minors_{}; ///< of the rows so far, by their columns
     int rank_ = 0;
 };
 
