@@ -52,7 +52,7 @@ def main():
     parser.add_argument("out")
     parser.add_argument("--cells", default="2x1x2")
     parser.add_argument("--rays", type=int, default=4000)
-    parser.add_argument("--seconds", type=int, default=60)
+    parser.add_argument("--seconds", type=int, default=300)
     parser.add_argument("--only", default="")
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()

@@ -44,6 +44,63 @@ void compare(const Case& c, bool certificate, Tally& tally) {
     ASSERT_EQ(tally.counters.broken, 0u);
 }
 
+/// Triangles in pairs that share an edge, the two of a pair also as one disc, bent at will.
+struct BentPairs final : OccluderSource {
+    std::vector<Polygon> triangles, discs;
+    Polygon at;
+
+    explicit BentPairs(const Case& c, Random& random) {
+        for (const Polygon& o : c.occluders) {
+            const std::vector<GridPoint>& v = o.corners;
+            if (v.size() != 3)
+                continue;
+            GridPoint d = v[0] + v[2] - v[1];
+            for (int k = 0; k < 3; ++k)
+                d[k] += static_cast<std::int64_t>(random.below(9)) - 4;
+            GridPoint normal = cross(v[2] - v[0], d - v[0]);
+            if (normal.x == 0 && normal.y == 0 && normal.z == 0)
+                continue;
+            triangles.push_back(o);
+            triangles.push_back({{v[0], v[2], d}, o.both_sides});
+            discs.push_back({{v[0], v[1], v[2], d}, o.both_sides});
+        }
+    }
+    OccluderId disc(std::size_t k) const { return static_cast<OccluderId>(triangles.size() + k); }
+    bool near_segment(const Vec3d&, const Vec3d&, std::size_t, std::vector<OccluderId>& found) override {
+        for (std::size_t k = 0; k < discs.size(); ++k)
+            for (OccluderId id : {disc(k), static_cast<OccluderId>(2 * k), static_cast<OccluderId>(2 * k + 1)})
+                found.push_back(id);
+        return false;
+    }
+    const Polygon& polygon(OccluderId id) override { return id < triangles.size() ? triangles[id] : discs[id - triangles.size()]; }
+    bool is_flat(OccluderId id) override { return id < triangles.size(); } // those that happen to be flat may be called bent
+    OccluderId whole_of(OccluderId id) override { return id < triangles.size() ? disc(id / 2) : id; }
+};
+
+/// Discs against the oracle, which sees their triangles only. False: a disagreement.
+bool discs_agree(Random& random, std::uint64_t& hidden, std::uint64_t& used) {
+    Case c = draw(random);
+    BentPairs pairs(c, random);
+    OccluderList list(pairs.triangles);
+    Query query;
+    QueryResult reference = query.run(c.s, c.t, list, oracle()), result = query.run(c.s, c.t, pairs, fast());
+    hidden += reference.answer == Answer::hidden;
+    for (OccluderId id : result.blockers)
+        used += id >= pairs.triangles.size();
+    if (result.answer == Answer::visible)
+        EXPECT_TRUE(certify::verify_witness({c.s, true}, {c.t, true}, pairs.triangles, witness_of(result)).ok());
+    return result.answer == reference.answer;
+}
+
+TEST(Oracle, BentDiscsOfTrianglesAgree) {
+    Random random(15);
+    std::uint64_t hidden = 0, used = 0;
+    for (int k = 0; k < 3000; ++k)
+        ASSERT_TRUE(discs_agree(random, hidden, used)) << k;
+    EXPECT_GT(hidden, 500u);
+    EXPECT_GT(used, 1000u);
+}
+
 TEST(Oracle, TheFastFormAgreesOnRandomAndDegenerateQueries) {
     Tally tally;
     Random random(20261122);
@@ -69,12 +126,19 @@ TEST(Oracle, Soak) {
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     Random random(seed);
     Tally tally;
+    std::uint64_t discs = 0, discs_hidden = 0, discs_used = 0;
     while (std::chrono::steady_clock::now() - start < std::chrono::seconds(std::atoi(seconds))) {
         Case c = draw(random);
         compare(c, tally.queries % 16 == 0, tally);
         if (HasFatalFailure())
             FAIL() << "query " << tally.queries;
+        if (tally.queries % 4 == 0) {
+            ASSERT_TRUE(discs_agree(random, discs_hidden, discs_used)) << "discs beside query " << tally.queries;
+            ++discs;
+        }
     }
+    std::printf("queries with bent discs %llu hidden %llu discs subtracted %llu\n", (unsigned long long)discs,
+                (unsigned long long)discs_hidden, (unsigned long long)discs_used);
     const ArithmeticCounters& a = tally.counters.arithmetic;
     std::printf("queries %llu hidden %llu disagreements %llu witnesses verified %llu trees verified %llu\n"
                 "signs %llu small %llu residue %llu exact %llu, triples %llu, exact witnesses %llu, widened %llu\n",
