@@ -6,10 +6,12 @@
 namespace antumbra {
 namespace {
 
+#if defined(ANTUMBRA_EIGHT_LANES) || defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
 #define ANTUMBRA_INLINE __attribute__((always_inline)) inline
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wpsabi" // all of this is inlined: there is no interface
+#else
+#define ANTUMBRA_INLINE inline // where there are no vectors, code should be small
 #endif
+#pragma GCC diagnostic ignored "-Wpsabi" // all of this is inlined: there is no interface
 
 constexpr int kLanes = 8; ///< rows of a tile, tiles of a block, edges: whatever goes side by side
 

@@ -10,9 +10,28 @@ namespace {
 constexpr int kLanes = EightOnScreen::kLanes;
 #define ANTUMBRA_INLINE __attribute__((always_inline)) inline
 
+#if defined(__SSE2__) || defined(__ARM_NEON) || defined(__wasm_simd128__)
 /// Eight lanes at once, whatever the registers are: plain loops of this length are not always made vector code.
+constexpr int kWide = kLanes;
 using Floats = float __attribute__((vector_size(4 * kLanes)));
 using Ints = int __attribute__((vector_size(4 * kLanes)));
+ANTUMBRA_INLINE void truncate(const Floats& values, Ints& out) { out = __builtin_convertvector(values, Ints); }
+ANTUMBRA_INLINE std::uint32_t bits_of(Ints& truths, int) {
+    const Ints bit{1, 2, 4, 8, 16, 32, 64, 128};
+    truths &= bit;
+    std::uint32_t bits = 0;
+    for (int lane = 0; lane < kLanes; ++lane)
+        bits |= static_cast<std::uint32_t>(truths[lane]);
+    return bits;
+}
+#else
+/// One after the other: eight at once would only be eight times the code.
+constexpr int kWide = 1;
+using Floats = float;
+using Ints = int;
+ANTUMBRA_INLINE void truncate(Floats value, Ints& out) { out = static_cast<int>(value); }
+ANTUMBRA_INLINE std::uint32_t bits_of(Ints& truth, int lane) { return std::uint32_t(truth != 0) << lane; }
+#endif
 
 ANTUMBRA_INLINE void load(const float* from, Floats& to) { std::memcpy(&to, from, sizeof to); }
 ANTUMBRA_INLINE void narrow(Floats& to, const Floats& by) { to = by < to ? by : to; }
@@ -29,7 +48,8 @@ ANTUMBRA_INLINE void columns(const Floats& values, int most, int* out) {
     const Floats zero{}, end = zero + float(most);
     Floats inside = values >= 0 ? values : zero;
     inside = inside > end ? end : inside;
-    Ints whole = __builtin_convertvector(inside, Ints);
+    Ints whole;
+    truncate(inside, whole);
     const Ints last = Ints{} + (most - 1);
     whole = whole > last ? last : whole;
     std::memcpy(out, &whole, sizeof whole);
@@ -80,13 +100,13 @@ struct Extremes {
 };
 
 ANTUMBRA_INLINE void find_extremes(const FloatScreen& screen, bool flat, const float (*min)[kLanes],
-                                   const float (*max)[kLanes], Extremes& out) {
+                                   const float (*max)[kLanes], int first, Extremes& out) {
     // Corner coordinates are sums of one term per axis; each term has two values.
     Floats x[2][3], y[2][3], z[2][3], reach = Floats{} + screen.eye_reach;
     for (int axis = 0; axis < 3; ++axis) {
         Floats offset[2], farthest;
-        load(min[axis], offset[0]);
-        load(max[axis], offset[1]);
+        load(min[axis] + first, offset[0]);
+        load(max[axis] + first, offset[1]);
         for (int side = 0; side < 2; ++side) {
             offset[side] = (offset[side] - screen.eye[axis]) - screen.eye_rest[axis];
             x[side][axis] = offset[side] * screen.right[axis];
@@ -125,13 +145,12 @@ ANTUMBRA_INLINE void find_extremes(const FloatScreen& screen, bool flat, const f
     }
 }
 
-/// Eight boxes at a time, in floats.
-ANTUMBRA_INLINE void project_eight_body(const Screen& exact, const float (*min)[kLanes], const float (*max)[kLanes],
-                                        EightOnScreen& out) {
-    const FloatScreen screen(exact);
+/// kWide boxes from `first` on, in floats; their bits of what is testable.
+ANTUMBRA_INLINE std::uint32_t project_lanes(const Screen& exact, const FloatScreen& screen, const float (*min)[kLanes],
+                                            const float (*max)[kLanes], int first, EightOnScreen& out) {
     const bool flat = exact.camera.orthographic;
     Extremes at;
-    find_extremes(screen, flat, min, max, at);
+    find_extremes(screen, flat, min, max, first, at);
     const Floats one = Floats{} + 1.0f;
     Ints usable = at.nearest > screen.clip;
     Floats inverse = 1 / (usable ? at.nearest : one);
@@ -149,20 +168,23 @@ ANTUMBRA_INLINE void project_eight_body(const Screen& exact, const float (*min)[
     const float width = float(exact.width), height = float(exact.height);
     // Whatever is not a number fails a comparison.
     usable &= (grows < kMostError) & (at.right >= 0) & (at.top >= 0) & (at.left <= width) & (at.bottom <= height);
-    columns(at.left, exact.width, out.x0);
-    columns(at.right, exact.width, out.x1);
-    columns(at.bottom, exact.height, out.y0);
-    columns(at.top, exact.height, out.y1);
+    columns(at.left, exact.width, out.x0 + first);
+    columns(at.right, exact.width, out.x1 + first);
+    columns(at.bottom, exact.height, out.y0 + first);
+    columns(at.top, exact.height, out.y1 + first);
     Floats near = flat ? -at.nearest : inverse, size;
     magnitude(near, size);
     near += 1e-5f * (size + screen.slack);
-    std::memcpy(out.nearness, &near, sizeof near);
-    const Ints bit{1, 2, 4, 8, 16, 32, 64, 128};
-    usable &= bit;
-    std::uint32_t mask = 0;
-    for (int lane = 0; lane < kLanes; ++lane)
-        mask |= static_cast<std::uint32_t>(usable[lane]);
-    out.testable = mask;
+    std::memcpy(out.nearness + first, &near, sizeof near);
+    return bits_of(usable, first);
+}
+
+ANTUMBRA_INLINE void project_eight_body(const Screen& exact, const float (*min)[kLanes], const float (*max)[kLanes],
+                                        EightOnScreen& out) {
+    const FloatScreen screen(exact);
+    out.testable = 0;
+    for (int first = 0; first < kLanes; first += kWide)
+        out.testable |= project_lanes(exact, screen, min, max, first, out);
 }
 
 #if ANTUMBRA_X86_KERNELS
