@@ -71,15 +71,17 @@ Result<OccluderDatabase> make_minimum_sets(const PrepareArguments& arguments, co
 }
 
 /// Every chunk that `prepare` makes. Another one is added here.
-Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, const Scene& scene,
+Result<std::vector<PvsChunk>> make_chunks(const PrepareArguments& arguments, const Scene& scene, const Pvs& pvs,
                                           OccluderStatistics& statistics) {
     OccluderOptions options = arguments.occluders;
     options.merge = !arguments.no_merge;
     options.inner_boxes = !arguments.no_inner_boxes;
     options.inner_solids = !arguments.no_inner_solids;
+    PrepareOptions prepare = arguments.prepare;
+    prepare.pvs = &pvs;
     OccluderSet occluders = find_occluders(scene, options, &statistics);
     CullScene cull_scene = cull_scene_of(scene, occluders);
-    Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, arguments.prepare, make_job(arguments.common));
+    Result<std::vector<PvsChunk>> chunks = prepare_chunks(cull_scene, prepare, make_job(arguments.common));
     if (!chunks || !arguments.minimum_sets)
         return chunks;
     Result<OccluderDatabase> database = make_minimum_sets(arguments, scene, occluders);
@@ -116,8 +118,11 @@ int run_prepare(const PrepareArguments& arguments) {
     Result<std::vector<std::byte>> file = file_for(arguments, *scene);
     if (!file)
         return fail(file.status());
+    Result<Pvs> pvs = Pvs::open(*file);
+    if (!pvs)
+        return fail(pvs.status());
     OccluderStatistics statistics;
-    Result<std::vector<PvsChunk>> chunks = make_chunks(arguments, *scene, statistics);
+    Result<std::vector<PvsChunk>> chunks = make_chunks(arguments, *scene, *pvs, statistics);
     if (!chunks)
         return fail(chunks.status());
     Result<std::vector<std::byte>> prepared = add_pvs_chunks(*file, *chunks);
@@ -138,10 +143,10 @@ void add_prepare(CLI::App& app) {
     arguments->scene.add_to(command);
     command.add_option("-o,--output", arguments->output, "File to write: .pvs")->required();
     command.add_option("--pvs", arguments->pvs, "A bake of the same scene to copy; without one the file has no cells");
-    command.add_option("--leaves", arguments->prepare.leaves, "Leaves of space that have occluder sets of their own")
+    command.add_option("--leaves", arguments->prepare.leaves, "Cells of space that have occluder sets of their own; with --pvs its cells, several together where they are more")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
-    command.add_option("--first-hit-leaves", arguments->prepare.first_hit_leaves, "Leaves that have sets by first hit")
+    command.add_option("--first-hit-leaves", arguments->prepare.first_hit_leaves, "Cells that have sets by first hit")
         ->check(CLI::Range(1, 1 << 20))
         ->capture_default_str();
     command.add_option("--per-set", arguments->prepare.per_set, "Occluders for each leaf and direction; 0: no sets")

@@ -83,11 +83,14 @@ class CullScene {
 };
 
 struct PrepareOptions {
-    /// Occluder sets (Coorg, Teller 1997): leaves that space is cut into, and occluders for each leaf and direction; 0:
-    /// no sets.
+    /// Occluder sets (Coorg, Teller 1997): cells that space is cut into, at most about so many, and occluders for each cell
+    /// and direction; 0: no sets.
     std::uint32_t leaves = 256, per_set = 64;
     /// Leaves that have sets by first hit (OccluderChoice::first_hit).
     std::uint32_t first_hit_leaves = 256;
+    /// Its cells are the cells of the sets (several together where they are more), and what they do not see is in none of their
+    /// sets. Without one the cells are upper nodes of a kd-tree over the objects. Only read during the call.
+    const Pvs* pvs = nullptr;
 };
 
 /// A CullScene as chunks for add_pvs_chunks(): occluders, their groups, the trees, and sets of occluders per place and
@@ -283,8 +286,8 @@ struct CullerOptions {
     /// `masked`: patches are not drawn where their box covers fewer pixels for each of their polygons.
     float pixels_per_polygon = 8;
     OpacityOptions opacity;
-    /// `pvs` needs one of the same objects in the same order; `planes` takes its occluders from what the cell of the eye sees,
-    /// if one is given. It must outlive the culler.
+    /// `pvs` needs one of the same objects in the same order; `planes`, `masked` and `hzb` take their occluders from what the cell
+    /// of the eye sees, if one is given. It must outlive the culler.
     const Pvs* pvs = nullptr;
 };
 

@@ -2,6 +2,7 @@
 // prepare_chunks(), decode it in CullScene::open().
 #include "cull/first_hit_sets.hpp"
 #include "cull/scene_data.hpp"
+#include "cull/set_cells.hpp"
 
 #include <utility>
 
@@ -15,7 +16,10 @@ constexpr const char* kSets = "OSET";
 constexpr const char* kMinimumSets = "MOSD";
 
 /// Families of chunk OSET.
-enum SetFamily : std::uint32_t { kFronts = 1, kBacks = 2, kFirstHits = 3 };
+enum SetFamily : std::uint32_t {
+    kGridFronts = 1, kGridBacks = 2, kGridFirstHits = 3, ///< as they were before cells were a tree; read, not written
+    kFronts = 4, kBacks = 5, kFirstHits = 6,
+};
 
 PvsChunk encode_trees(const CullScene::Data& data) {
     ByteWriter out;
@@ -27,7 +31,7 @@ PvsChunk encode_trees(const CullScene::Data& data) {
 PvsChunk encode_sets(const OccluderSets& fronts, const OccluderSets& backs, const OccluderSets& first_hits) {
     ByteWriter out;
     const std::pair<std::uint32_t, const OccluderSets*> families[] = {{kFronts, &fronts}, {kBacks, &backs}, {kFirstHits, &first_hits}};
-    out.u32(first_hits.empty() ? 2 : 3);
+    out.u32(static_cast<std::uint32_t>(!fronts.empty()) + !backs.empty() + !first_hits.empty());
     for (auto [kind, sets] : families)
         if (!sets->empty()) {
             out.u32(kind);
@@ -42,9 +46,7 @@ Status corrupt(const char* chunk, const char* what) {
 }
 
 /// Whoever uses a set relies on that: see OccluderSetsOptions.
-bool may_be_in_sets(const OccluderPolygon& polygon) {
-    return !polygon.synthetic && polygon.count <= OccluderSetsOptions{}.most_corners;
-}
+bool may_be_in_sets(const OccluderPolygon& polygon) { return polygon.count <= OccluderSetsOptions{}.most_corners; }
 
 Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
     if (bytes.size() < 4)
@@ -55,19 +57,19 @@ Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
             return corrupt(kSets, "it ends too early");
         std::uint32_t kind = load_u32(bytes, at);
         at += 4;
-        std::size_t items = kind == kFirstHits ? data.groups.groups.size() : data.occluders.polygons.size();
-        Result<OccluderSets> sets = OccluderSets::decode(bytes, at, items);
+        if (kind < kGridFronts || kind > kFirstHits)
+            return corrupt(kSets, "it has a family of an unknown kind");
+        bool first_hits = kind == kFirstHits || kind == kGridFirstHits;
+        std::size_t items = first_hits ? data.groups.groups.size() : data.occluders.polygons.size();
+        Result<OccluderSets> sets = kind < kFronts ? OccluderSets::decode_grid(bytes, at, items) : OccluderSets::decode(bytes, at, items);
         if (!sets)
             return sets.status();
         for (std::uint32_t polygon : sets->members())
-            if (kind != kFirstHits && !may_be_in_sets(data.occluders.polygons[polygon]))
-                return corrupt(kSets, "a set has a polygon of too many corners, or a synthetic one");
-        if (kind == kFronts)
-            data.front_sets = std::move(*sets);
-        else if (kind == kBacks)
-            data.back_sets = std::move(*sets);
-        else if (kind == kFirstHits)
-            data.first_hit_sets = std::move(*sets);
+            if (!first_hits && !may_be_in_sets(data.occluders.polygons[polygon]))
+                return corrupt(kSets, "a set has a polygon of too many corners");
+        (first_hits                                  ? data.first_hit_sets
+         : kind == kFronts || kind == kGridFronts ? data.front_sets
+                                                   : data.back_sets) = std::move(*sets);
     }
     return at == bytes.size() ? Status() : corrupt(kSets, "its size is wrong");
 }
@@ -99,14 +101,19 @@ Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const Prepa
     chunks.push_back({kGroups, encode_groups(data.groups)});
     chunks.push_back(encode_trees(data));
     if (!data.tree_box.empty() && options.per_set > 0) {
+        SetCells cells = choose_set_cells(data, options.pvs, options.leaves);
         OccluderSetsOptions sets;
-        sets.leaves = options.leaves;
         sets.per_set = options.per_set;
-        OccluderSets fronts = OccluderSets::build(data.occluders, data.tree_box, sets);
+        sets.is_seen = cells.is_seen;
+        OccluderSets fronts = OccluderSets::build(data.occluders, cells.cells, sets);
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
-        OccluderSets backs = OccluderSets::build(data.occluders, data.tree_box, sets);
+        // What hides an object from a viewer elsewhere need not be seen from where the object is.
+        sets.is_seen = nullptr;
+        OccluderSets backs = OccluderSets::build(data.occluders, cells_of_objects(data, options.leaves), sets);
+        if (options.first_hit_leaves != options.leaves)
+            cells = choose_set_cells(data, options.pvs, options.first_hit_leaves);
         chunks.push_back(encode_sets(
-            fronts, backs, find_first_hit_sets(data, options.first_hit_leaves, options.per_set, job)));
+            fronts, backs, find_first_hit_sets(data, cells.cells, options.per_set, cells.is_seen, job)));
         if (job.cancelled())
             return Status(ErrorCode::cancelled, "stopped while looking for occluder sets");
     }

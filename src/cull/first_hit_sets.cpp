@@ -23,7 +23,9 @@ struct Face {
 
 class LeafSampler {
   public:
-    LeafSampler(const CullScene::Data& scene, std::uint64_t leaf, const Box3d& box) : scene_(scene), leaf_(leaf), box_(box) {
+    LeafSampler(const CullScene::Data& scene, std::uint32_t leaf, const Box3d& box,
+                const std::function<bool(std::uint32_t, std::uint32_t)>& is_seen)
+        : scene_(scene), leaf_(leaf), box_(box), is_seen_(is_seen) {
         for (std::vector<std::uint32_t>& counts : hits_)
             counts.assign(scene.groups.groups.size(), 0);
     }
@@ -54,6 +56,9 @@ class LeafSampler {
         search_.begin(scene_.occluder_tree, eye, kNear);
         search_.advance(scene_.occluder_tree, kSteps, [&](std::uint32_t g) {
             const ConvexGroups::Group& group = scene_.groups.groups[g];
+            const OccluderPolygon& largest = scene_.occluders.polygons[scene_.groups.members[group.first]];
+            if (is_seen_ && !largest.synthetic && !is_seen_(leaf_, largest.object))
+                return 0.0f;
             return area_angle_bound(static_cast<float>(group.area), group.box, to_float(eye));
         });
         take_faces(eye);
@@ -130,8 +135,9 @@ class LeafSampler {
     }
 
     const CullScene::Data& scene_;
-    std::uint64_t leaf_;
+    std::uint32_t leaf_;
     Box3d box_;
+    const std::function<bool(std::uint32_t, std::uint32_t)>& is_seen_;
     OccluderSearch search_;
     std::vector<Face> faces_;
     std::vector<Vec3d> edges_;
@@ -140,30 +146,19 @@ class LeafSampler {
 
 } // namespace
 
-OccluderSets find_first_hit_sets(const CullScene::Data& scene, std::uint32_t leaves, std::uint32_t per_set,
-                                 const Job& job) {
-    if (scene.tree_box.empty() || scene.groups.groups.empty())
+OccluderSets find_first_hit_sets(const CullScene::Data& scene, const SpaceCells& cells, std::uint32_t per_set,
+                                 const std::function<bool(std::uint32_t, std::uint32_t)>& is_seen, const Job& job) {
+    if (cells.nodes.empty() || scene.groups.groups.empty())
         return {};
-    std::array<std::uint32_t, 3> count = OccluderSets::cut(scene.tree_box, leaves);
-    Box3d space = to_double(scene.tree_box);
-    Vec3d cell = space.size();
-    for (int axis = 0; axis < 3; ++axis)
-        cell[axis] /= count[static_cast<std::size_t>(axis)];
-    std::size_t total = std::size_t(count[0]) * count[1] * count[2];
-    std::vector<std::vector<std::uint32_t>> members(total * OccluderSets::kDirections);
-    parallel_for(total, job, [&](std::size_t leaf, unsigned) {
-        Vec3d at{double(leaf % count[0]), double(leaf / count[0] % count[1]), double(leaf / count[0] / count[1])};
-        Box3d box;
-        for (int axis = 0; axis < 3; ++axis) {
-            box.min[axis] = space.min[axis] + cell[axis] * at[axis];
-            box.max[axis] = box.min[axis] + cell[axis];
-        }
-        LeafSampler sampler(scene, leaf, box);
+    std::vector<Box3d> boxes = cells.boxes();
+    std::vector<std::vector<std::uint32_t>> members(boxes.size() * OccluderSets::kDirections);
+    parallel_for(boxes.size(), job, [&](std::size_t leaf, unsigned) {
+        LeafSampler sampler(scene, static_cast<std::uint32_t>(leaf), boxes[leaf], is_seen);
         sampler.run();
         for (std::size_t d = 0; d < OccluderSets::kDirections; ++d)
             members[leaf * OccluderSets::kDirections + d] = sampler.best(d, per_set);
     });
-    return OccluderSets::of_members(scene.tree_box, count, members);
+    return OccluderSets::of_members(cells, members);
 }
 
 } // namespace antumbra

@@ -5,6 +5,7 @@
 #include "cull/methods.hpp"
 #include "cull/relations.hpp"
 #include "cull/result_bits.hpp"
+#include "cull/set_cells.hpp"
 #include "cull/shadow.hpp"
 #include "cull/view_planes.hpp"
 #include "occluders/occluder_sets.hpp"
@@ -33,6 +34,8 @@ struct State final : ViewState::Storage {
     std::vector<std::uint32_t> in_target, in_current; ///< per polygon: the frame in which it last was
     std::vector<std::uint32_t> decided;            ///< per object: the frame in which its own test was made
     std::vector<std::pair<double, std::uint32_t>> ranked;
+    Viewpoint viewpoint{{}, 1};
+    Box3d start; ///< around what lines of sight begin in
     std::uint32_t frame = 0;
     std::uint32_t in_use = 0;      ///< occluders that the set may have
     std::uint32_t useful = 0;      ///< of these the last, by rank, that hid something in the frames under trial
@@ -51,11 +54,14 @@ class PublishedPlanes final : public Culler {
         sets.most_corners = kMostEdges;
         sets_ = data.front_sets;
         detail_sets_ = data.back_sets;
+        SpaceCells cells;
+        if ((sets_.empty() || detail_sets_.empty()) && most_ > 0)
+            cells = cells_of_objects(data, PrepareOptions{}.leaves);
         if (sets_.empty())
-            sets_ = OccluderSets::build(data.occluders, data.tree_box, sets);
+            sets_ = OccluderSets::build(data.occluders, cells, sets);
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
         if (detail_sets_.empty())
-            detail_sets_ = OccluderSets::build(data.occluders, data.tree_box, sets);
+            detail_sets_ = OccluderSets::build(data.occluders, cells, sets);
         const Box3f& box = data.tree_box;
         if (!box.empty())
             extent_ = length(to_double(box.max)) + length(to_double(box.min));
@@ -68,10 +74,7 @@ class PublishedPlanes final : public Culler {
         begin_result(scene, result);
         if (const char* problem = problem_of(view))
             return mark_everything(scene, result, problem);
-        // The relations are about a viewpoint; parallel lines of sight have none.
-        if (view.projection == Projection::orthographic)
-            result.reason = "the published form knows no orthographic views: frustum only";
-        else if (most_ == 0)
+        if (most_ == 0)
             result.reason = "no occluders allowed: frustum only";
         else if (scene.occluders.polygons.empty())
             result.reason = "the scene has no occluders: frustum only";
@@ -163,6 +166,8 @@ class PublishedPlanes final : public Culler {
     /// "- a (N . V) / |D|^2", with the viewing direction V as in the paper.
     double area_angle(std::uint32_t polygon, const Camera& camera) const {
         const OccluderPolygon& p = scene_.data().occluders.polygons[polygon];
+        if (camera.orthographic)
+            return p.area * std::abs(dot(p.normal, camera.forward));
         Vec3d sight = p.centre - camera.eye;
         return p.area * std::abs(dot(p.normal, camera.forward)) / (dot(sight, sight) + 0.05 * p.area);
     }
@@ -171,7 +176,7 @@ class PublishedPlanes final : public Culler {
     void list_occluders(const Camera& camera, const SightStart& sight, State& state) const {
         state.ranked.clear();
         for (std::uint32_t polygon : state.current)
-            if (is_usable(polygon, sight))
+            if (is_usable(polygon, sight, state))
                 state.ranked.push_back({-area_angle(polygon, camera), polygon});
         std::sort(state.ranked.begin(), state.ranked.end());
         for (const auto& [score, polygon] : state.ranked) {
@@ -204,10 +209,12 @@ class PublishedPlanes final : public Culler {
         state.cache.begin_frame();
         state.list.clear();
         state.stack.clear();
-        if (!camera.orthographic) {
-            follow_set(camera, state);
-            list_occluders(camera, sight, state);
-        }
+        state.viewpoint = camera.orthographic ? Viewpoint(-camera.forward, 0) : Viewpoint(camera.eye, 1);
+        state.start = {};
+        for (const Vec3d& corner : sight.corners)
+            state.start.extend(corner);
+        follow_set(camera, state);
+        list_occluders(camera, sight, state);
         result.counters.occluders_used = state.list.size();
         state.stack.push_back({0, 0, static_cast<std::uint32_t>(state.list.size())});
         while (!state.stack.empty()) {
@@ -222,7 +229,7 @@ class PublishedPlanes final : public Culler {
             // Children are handled before anything above them on the stack: their part of the list can be reused.
             state.list.resize(entry.first + entry.count);
             Entry below{0, 0, 0};
-            if (is_hidden(entry, boxes_[entry.node], camera.eye, below, state, result.counters)) {
+            if (is_hidden(entry, boxes_[entry.node], below, state, result.counters)) {
                 ++result.counters.hidden_by_planes;
             } else if (node.leaf()) {
                 report_leaf(node, camera, planes, sight, state, result);
@@ -251,21 +258,26 @@ class PublishedPlanes final : public Culler {
         }
     }
 
-    /// Faces the viewer, and nothing of it can lie in front of the near plane.
-    bool is_usable(std::uint32_t polygon, const SightStart& sight) const {
-        const OccluderPolygon& p = scene_.data().occluders.polygons[polygon];
+    /// Faces the viewer, and nothing of it can lie in front of the near plane; a solid's holds for who is outside of it.
+    bool is_usable(std::uint32_t polygon, const SightStart& sight, const State& state) const {
+        const OccluderSet& set = scene_.data().occluders;
+        const OccluderPolygon& p = set.polygons[polygon];
         int side = facing(p, sight.camera);
-        return side != 0 && is_beyond_near(p, side, sight);
+        return side != 0 && is_beyond_near(p, side, sight) && !(p.synthetic && !set.solids[p.solid].serves(state.start));
     }
 
     /// Full occlusion of the box by one of the entry's occluders, or by those together that hide it in part; else
     /// `below` gets the latter. The entry's occluders face the eye.
-    bool is_hidden(const Entry& entry, const Box3f& box, const Vec3d& eye, Entry& below, State& state,
-                   CullCounters& counters) const {
+    bool is_hidden(const Entry& entry, const Box3f& box, Entry& below, State& state, CullCounters& counters) const {
+        const Viewpoint eye = state.viewpoint;
         below.first = static_cast<std::uint32_t>(state.list.size());
         for (std::uint32_t i = entry.first; i < entry.first + entry.count; ++i) {
             std::uint32_t occluder = state.list[i];
-            Occlusion occlusion = classify(relation(entry.node, box, occluder, eye, state, counters), eye, margin(eye));
+            if (is_before(box, occluder, eye))
+                continue; // and so is everything in it
+            const Relation& pair = relation(entry.node, box, occluder, state, counters);
+            // A box on both sides of the occluder's plane, such as the root, has children that are wholly behind.
+            Occlusion occlusion = pair.possible ? classify(pair, eye, margin(eye)) : Occlusion::partial;
             if (occlusion == Occlusion::full) {
                 state.useful = std::max(state.useful, state.rank[occluder] + 1);
                 return true;
@@ -275,26 +287,39 @@ class PublishedPlanes final : public Culler {
                 ++below.count;
             }
         }
-        return below.count > 1 && is_hidden_together(entry.node, box, below, eye, state, counters);
+        return below.count > 1 && is_hidden_together(entry.node, box, below, state, counters);
+    }
+
+    /// Nothing of the box is behind the occluder's plane, as seen from the eye.
+    bool is_before(const Box3f& box, std::uint32_t occluder, const Viewpoint& eye) const {
+        const OccluderPolygon& polygon = scene_.data().occluders.polygons[occluder];
+        double side = is_in_front(polygon, eye) ? 1 : -1, farthest = polygon.offset * side;
+        for (int axis = 0; axis < 3; ++axis) {
+            double n = polygon.normal[axis] * side;
+            farthest += n * (n > 0 ? box.min[axis] : box.max[axis]);
+        }
+        return farthest >= 0;
     }
 
     /// Joined occluders: all supporting planes, but for those of edges that two of the occluders share.
-    bool is_hidden_together(std::uint32_t node, const Box3f& box, const Entry& below, const Vec3d& eye, State& state,
+    bool is_hidden_together(std::uint32_t node, const Box3f& box, const Entry& below, State& state,
                             CullCounters& counters) const {
+        const Viewpoint eye = state.viewpoint;
         const OccluderSet& set = scene_.data().occluders;
         std::span<const std::uint32_t> together(state.list.data() + below.first, below.count);
         std::uint32_t part[kMostListed], done[kMostListed];
         std::uint32_t done_count = 0;
+        auto has_planes = [&](std::uint32_t occluder) { return relation(node, box, occluder, state, counters).possible; };
         for (std::uint32_t seed : together) {
             // Only a connected part can have fewer planes than its members alone.
-            if (std::find(done, done + done_count, seed) != done + done_count)
+            if (std::find(done, done + done_count, seed) != done + done_count || !has_planes(seed))
                 continue;
             std::uint32_t size = 0;
             part[size++] = seed;
             for (std::uint32_t at = 0; at < size; ++at)
                 for_neighbours(set, part[at], [&](std::uint32_t, std::uint32_t neighbour) {
                     if (std::find(part, part + size, neighbour) == part + size &&
-                        std::find(together.begin(), together.end(), neighbour) != together.end())
+                        std::find(together.begin(), together.end(), neighbour) != together.end() && has_planes(neighbour))
                         part[size++] = neighbour;
                 });
             std::copy(part, part + size, done + done_count); // parts are disjoint
@@ -303,7 +328,7 @@ class PublishedPlanes final : public Culler {
                 continue;
             bool all = true;
             for (std::uint32_t m = 0; m < size && all; ++m) {
-                const Relation& pair = relation(node, box, part[m], eye, state, counters);
+                const Relation& pair = relation(node, box, part[m], state, counters);
                 std::uint32_t open = (1u << pair.edges) - 1; // edges whose supporting plane counts
                 for_neighbours(set, part[m], [&](std::uint32_t edge, std::uint32_t neighbour) {
                     if (std::find(part, part + size, neighbour) != part + size &&
@@ -331,12 +356,16 @@ class PublishedPlanes final : public Culler {
                 visit(edge, n);
     }
 
+    static bool is_in_front(const OccluderPolygon& polygon, const Viewpoint& eye) {
+        return dot(polygon.normal, eye.at) + polygon.offset * eye.weight > 0;
+    }
+
     /// Do the two, which both face the eye, lie on opposite sides of their edge as seen from there?
     static bool is_across(const OccluderSet& set, std::uint32_t polygon, std::uint32_t edge, std::uint32_t neighbour,
-                          const Vec3d& eye) {
+                          const Viewpoint& eye) {
         const OccluderPolygon &a = set.polygons[polygon], &b = set.polygons[neighbour];
         bool same_direction = (set.neighbours[a.first + edge] & kSameDirection) != 0;
-        bool same_side = (dot(a.normal, eye) + a.offset > 0) == (dot(b.normal, eye) + b.offset > 0);
+        bool same_side = is_in_front(a, eye) == is_in_front(b, eye);
         return same_side != same_direction;
     }
 
@@ -344,34 +373,34 @@ class PublishedPlanes final : public Culler {
     /// centre. They are tested against the whole box.
     bool is_hidden_detail(std::uint32_t object, const Camera& camera, const SightStart& sight, State& state,
                           CullCounters& counters) const {
-        if (camera.orthographic || most_ == 0)
+        if (most_ == 0)
             return false;
         const Box3f& box = scene_.data().bounds[object];
         Vec3d centre = to_double(box).centre();
         std::size_t before = state.list.size();
         std::uint32_t useful = state.useful;
-        for (std::uint32_t polygon : detail_sets_.at(centre, camera.eye - centre))
-            if (is_usable(polygon, sight) && state.list.size() < before + kDetailOccluders)
+        for (std::uint32_t polygon : detail_sets_.at(centre, camera.orthographic ? -camera.forward : camera.eye - centre))
+            if (is_usable(polygon, sight, state) && state.list.size() < before + kDetailOccluders)
                 state.list.push_back(polygon);
         // Boxes of objects are numbered behind those of nodes.
         Entry entry{static_cast<std::uint32_t>(tree_.nodes.size()) + object, static_cast<std::uint32_t>(before),
                     static_cast<std::uint32_t>(state.list.size() - before)};
         Entry below{0, 0, 0};
-        bool hidden = is_hidden(entry, box, camera.eye, below, state, counters);
+        bool hidden = is_hidden(entry, box, below, state, counters);
         counters.hidden_by_planes += hidden;
         state.list.resize(before);
         state.useful = useful; // these occluders are not of the set
         return hidden;
     }
 
-    double margin(const Vec3d& eye) const { return 1e-9 * (extent_ + length(eye)); }
+    double margin(const Viewpoint& eye) const { return 1e-9 * (eye.weight * extent_ + length(eye.at)); }
 
     /// From the cache, or formed and kept. Which side of a double-sided occluder the box must be on depends on the eye.
-    const Relation& relation(std::uint32_t number, const Box3f& box, std::uint32_t occluder, const Vec3d& eye,
-                             State& state, CullCounters& counters) const {
+    const Relation& relation(std::uint32_t number, const Box3f& box, std::uint32_t occluder, State& state,
+                             CullCounters& counters) const {
         static const Relation impossible;
         const OccluderPolygon& polygon = scene_.data().occluders.polygons[occluder];
-        bool front = dot(polygon.normal, eye) + polygon.offset > 0;
+        bool front = is_in_front(polygon, state.viewpoint);
         // Most pairs end here, at the price of one plane; they are not worth a place in the cache.
         if (!is_behind(box, polygon, front ? 1 : -1, 1e-9 * extent_))
             return impossible;

@@ -3,6 +3,7 @@
 
 #include "cull/methods.hpp"
 #include "cull/occlusion_walk.hpp"
+#include "cull/seen_patches.hpp"
 #include "raster/patch_raster.hpp"
 #include "raster/tile_buffer.hpp"
 
@@ -33,6 +34,7 @@ inline double extent_of(const CullScene::Data& scene) {
 struct RasterState : ViewState::Storage {
     std::vector<WalkEntry> stack;
     PatchCoverage coverage;
+    SeenPatches seen; ///< used with a PVS
     int width = 0, height = 0;
 
     void fit(const Screen& screen, const CullScene::Data& scene) {
@@ -71,7 +73,8 @@ class RasterCuller : public Culler {
               CullCounters& counters) const {
         const CullScene::Data& scene = scene_.data();
         const PatchStore& store = scene.patches.store;
-        if (is_unusable_solid(scene, patch, start))
+        if (is_unusable_solid(scene, patch, start) ||
+            (options_.pvs && !state.seen.holds(*options_.pvs, scene, screen.camera.eye, patch)))
             return false;
         if (counters.polygons_drawn + store.patches[patch].polygon_count > options_.polygon_budget) {
             counters.budget_spent = true;
@@ -98,6 +101,9 @@ Result<CullerPointer> make_raster_culler(const CullScene& scene, const CullerOpt
     if (!kernels.complete())
         return Status(ErrorCode::unsupported,
                       "this processor lacks the instruction set that was asked for; use automatic");
+    if (options.pvs && options.pvs->object_count() != scene.object_count())
+        return Status(ErrorCode::mismatch, "the PVS has " + std::to_string(options.pvs->object_count()) +
+                                               " objects, the scene " + std::to_string(scene.object_count()));
     if (options.raster_width < kTile || options.raster_width > 2048)
         return Status(ErrorCode::usage, "raster_width is " + std::to_string(options.raster_width) +
                                             "; it must be between 8 and 2048");

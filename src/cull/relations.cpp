@@ -50,7 +50,7 @@ void form_relation(const OccluderSet& set, const OccluderPolygon& polygon, const
     relation.possible = true;
 }
 
-Occlusion classify(const Relation& relation, const Vec3d& eye, double margin) {
+Occlusion classify(const Relation& relation, const Viewpoint& eye, double margin) {
     if (!relation.possible)
         return Occlusion::none;
     bool full = true;

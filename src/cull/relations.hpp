@@ -13,11 +13,21 @@ inline constexpr std::uint32_t kMostEdges = 8; ///< of an occluder
 
 enum class Occlusion : std::uint8_t { none, partial, full };
 
+/// Where lines of sight come from: a point, or a direction (weight 0), as of parallel lines of sight. The planes of a relation do
+/// not depend on it, and a viewpoint that moves away for ever along a direction is in the end on the side that the direction
+/// points to.
+struct Viewpoint {
+    Vec3d at;
+    double weight = 1;
+    Viewpoint(const Vec3d& place, double of_weight) : at(place), weight(of_weight) {}
+};
+
 /// Unit normal and offset; the occluder is on the positive side.
 struct RelationPlane {
     Vec3d normal;
     double offset = 0;
     double at(const Vec3d& p) const { return dot(normal, p) + offset; }
+    double at(const Viewpoint& v) const { return dot(normal, v.at) + offset * v.weight; }
 };
 
 /// A pair of planes per occluder edge.
@@ -43,7 +53,10 @@ void form_relation(const OccluderSet& set, const OccluderPolygon& polygon, const
                    Relation& relation);
 
 /// Full: the viewpoint is certainly inside of all supporting planes; none: certainly outside of a separating one.
-Occlusion classify(const Relation& relation, const Vec3d& eye, double margin);
+Occlusion classify(const Relation& relation, const Viewpoint& viewpoint, double margin);
+inline Occlusion classify(const Relation& relation, const Vec3d& eye, double margin) {
+    return classify(relation, Viewpoint(eye, 1), margin);
+}
 
 /// Relations in at most `bytes` (rounded down to a power of two of entries). What was used longest ago makes room, so
 /// that relations of boxes outside the frustum, or below nodes that are decided already, stay until they are needed.

@@ -7,41 +7,15 @@
 #include "occluders/choose.hpp"
 #include "occluders/occluder_sets.hpp"
 #include "raster/patch.hpp"
+#include "tree/object_tree.hpp"
 
 #include <array>
 #include <vector>
 
 namespace antumbra {
 
-/// Node of the binary tree, depth first: the left child follows its parent. Objects below any node are contiguous
-/// in CullScene::Data::order.
-struct BinaryNode {
-    Box3f box;
-    std::uint32_t right = 0; ///< index of the right child; 0: a leaf
-    std::uint32_t first = 0, count = 0;
-};
-
 /// kAlwaysVisible of scene.hpp, which the run time does not include; a test compares them.
 inline constexpr std::uint32_t kAlwaysVisibleFlag = 1u << 2;
-
-inline constexpr std::uint32_t kObjectChild = 0x80000000u;
-inline constexpr int kWidth = 8;
-
-/// Eight children, structure of arrays. A child is an inner node (index) or one object (index | kObjectChild).
-/// Slots from `used` on repeat slot 0, so that arithmetic on them is harmless.
-struct alignas(64) CullNode {
-    float min[3][kWidth];
-    float max[3][kWidth];
-    std::uint32_t child[kWidth];
-    std::uint32_t first[kWidth]; ///< objects below a child: order[first .. first + count)
-    std::uint32_t count[kWidth];
-    std::uint32_t used = 0;
-
-    std::uint32_t mask() const { return (1u << used) - 1; }
-    Box3f box(int slot) const {
-        return {{min[0][slot], min[1][slot], min[2][slot]}, {max[0][slot], max[1][slot], max[2][slot]}};
-    }
-};
 
 /// Occluder patches laid out for drawing; patch p of the store is OccluderSet::patches[p].
 struct ScenePatches {
@@ -79,14 +53,6 @@ struct CullScene::Data {
 
     std::uint32_t object_count() const { return static_cast<std::uint32_t>(bounds.size()); }
 };
-
-/// Binned surface-area heuristic (16 bins), one object per leaf. `order` lists the objects to take and is
-/// permuted. No path is longer than kTreeDepth.
-inline constexpr int kTreeDepth = 96;
-std::vector<BinaryNode> build_binary_tree(std::span<const Box3f> bounds, std::vector<std::uint32_t>& order);
-
-/// Opens the largest children of the binary tree until every node has up to eight.
-std::vector<CullNode> collapse(const std::vector<BinaryNode>& binary, const std::vector<std::uint32_t>& order);
 
 /// All but the trees; `order` lists the items that go into one.
 ScenePatches lay_out_patches(const CullScene::Data& scene);

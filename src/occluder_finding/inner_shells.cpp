@@ -1,7 +1,7 @@
 #include "occluder_finding/inner_shells.hpp"
 
 #include "occluder_finding/closed_objects.hpp"
-#include "tree/bvh.hpp"
+#include "tree/bvh_overlaps.hpp"
 
 #include <meshoptimizer.h>
 
@@ -51,23 +51,11 @@ class Original {
 
     bool meets(const Triangle& triangle) const {
         Box3f box = bounds_of(triangle);
-        std::vector<std::uint32_t> todo{0};
-        while (!todo.empty()) {
-            const BvhNode& node = tree_.nodes[todo.back()];
-            todo.pop_back();
-            if (!node.box.overlaps(box))
-                continue;
-            if (!node.leaf()) {
-                todo.push_back(node.first);
-                todo.push_back(node.first + 1);
-                continue;
-            }
-            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                if (const Triangle& other = mesh_.triangles[tree_.order[i]];
-                    bounds_of(other).overlaps(box) && !are_apart(triangle, other))
-                    return true;
-        }
-        return false;
+        return find_in_bvh(tree_, [&](const Box3f& node) { return node.overlaps(box); },
+                           [&](std::uint32_t t) {
+                               const Triangle& other = mesh_.triangles[t];
+                               return bounds_of(other).overlaps(box) && !are_apart(triangle, other);
+                           });
     }
 
     GridMesh mesh_;

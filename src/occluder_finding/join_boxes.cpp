@@ -1,6 +1,6 @@
 #include "occluder_finding/inner_boxes.hpp"
 
-#include "tree/bvh.hpp"
+#include "tree/bvh_overlaps.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -42,24 +42,13 @@ class BoxIndex {
     /// Those whose insides meet that of the region, by number.
     void find(const Region& region, std::vector<std::uint32_t>& found) const {
         found.clear();
-        if (tree_.nodes.empty())
-            return;
         Box3f around = to_float(region.min, region.max);
-        std::vector<std::uint32_t> todo{0};
-        while (!todo.empty()) {
-            const BvhNode& node = tree_.nodes[todo.back()];
-            todo.pop_back();
-            if (!node.box.overlaps(around))
-                continue;
-            if (!node.leaf()) {
-                todo.push_back(node.first);
-                todo.push_back(node.first + 1);
-                continue;
-            }
-            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                if (overlap(region, boxes_[tree_.order[i]]))
-                    found.push_back(tree_.order[i]);
-        }
+        find_in_bvh(tree_, [&](const Box3f& box) { return box.overlaps(around); },
+                    [&](std::uint32_t b) {
+                        if (overlap(region, boxes_[b]))
+                            found.push_back(b);
+                        return false;
+                    });
         std::sort(found.begin(), found.end());
     }
 

@@ -1,7 +1,7 @@
 #include "occluders/convex_groups.hpp"
 
 #include "base/bytes.hpp"
-#include "tree/bvh.hpp"
+#include "tree/bvh_overlaps.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -28,7 +28,7 @@ class InnerSolids {
                     boxes[polygon.solid].extend(set.vertices[v]);
             }
         for (std::size_t s = 0; s < boxes.size(); ++s) {
-            if (boxes[s].empty() || set.solids[s].shell.empty())
+            if (boxes[s].empty() || set.solids[s].shell.empty() || set.solids[s].is_restricted())
                 continue;
             Vec3d size = to_double(boxes[s]).size(), shell = to_double(set.solids[s].shell).size();
             double surface = 2 * (size.x * size.y + size.y * size.z + size.z * size.x);
@@ -41,24 +41,8 @@ class InnerSolids {
     }
 
     bool holds(const Box3f& box) const {
-        std::vector<std::uint32_t> todo;
-        if (!tree_.nodes.empty())
-            todo.push_back(0);
-        while (!todo.empty()) {
-            const BvhNode& node = tree_.nodes[todo.back()];
-            todo.pop_back();
-            if (!is_within(box, node.box))
-                continue;
-            if (!node.leaf()) {
-                todo.push_back(node.first);
-                todo.push_back(node.first + 1);
-                continue;
-            }
-            for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-                if (is_within(box, boxes_[tree_.order[i]]))
-                    return true;
-        }
-        return false;
+        return find_in_bvh(tree_, [&](const Box3f& node) { return is_within(box, node); },
+                           [&](std::uint32_t b) { return is_within(box, boxes_[b]); });
     }
 
   private:

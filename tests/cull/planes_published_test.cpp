@@ -3,6 +3,8 @@
 #include "cull/proof.hpp"
 #include "cull/relations.hpp"
 
+#include <antumbra/generate.hpp>
+
 namespace antumbra {
 namespace {
 
@@ -166,6 +168,59 @@ TEST(PlanesPublished, without_usable_occluders_no_relation_is_looked_at) {
     ViewState plain;
     (*make_culler("frustum", stage.cull_scene))->cull(in_front(stage), plain, frustum);
     EXPECT_EQ(result.visible, frustum.visible);
+}
+
+// Parallel lines of sight come from a viewpoint at infinity: what the walls hide from afar they hide from there.
+TEST(PlanesPublished, orthographic_views_are_culled_and_lose_nothing) {
+    Stage stage = rows_of_walls();
+    auto culler = make(stage);
+    ViewState state;
+    View view = in_front(stage);
+    view.projection = Projection::orthographic;
+    view.height = 6;
+    CullResult result, frustum;
+    ViewState plain;
+    culler->cull(view, state, result);
+    (*make_culler("frustum", stage.cull_scene))->cull(view, plain, frustum);
+    EXPECT_STREQ(result.reason, "");
+    EXPECT_GT(result.counters.hidden_by_planes, 0u);
+    EXPECT_LT(result.visible_count * 2, frustum.visible_count);
+    test::ProofCounts counts;
+    Random random(74);
+    Box3d bounds = to_double(stage.scene->local_bounds());
+    for (int f = 0; f < 60; ++f) {
+        for (int axis = 0; axis < 3; ++axis)
+            view.eye[axis] = random.uniform(bounds.min[axis], bounds.max[axis]);
+        view.target = view.eye + Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.3, 0.3), random.below(2) ? -1.0 : 1.0};
+        view.height = random.uniform(1, 20);
+        view.near_plane = random.uniform(-30, 10);
+        if (problem_of(view) == nullptr)
+            test::prove(stage, *culler, view, state, 24, 32, random, counts);
+        ASSERT_FALSE(HasFailure()) << "frame " << f;
+    }
+    EXPECT_GT(counts.hidden * 10, counts.in_frustum);
+}
+
+// Towers of many small faces: no face hides much, the boxes inside do. Viewers stand in streets, the middles of cells do not.
+TEST(PlanesPublished, towers_hide_by_what_is_inside_of_them) {
+    GenerateOptions options;
+    options.triangles = 40000;
+    Stage stage(std::move(Scene::create(*generate("downtown", options))).value());
+    auto culler = make(stage);
+    ViewState state;
+    test::ProofCounts counts;
+    Random random(75);
+    Box3d bounds = to_double(stage.scene->local_bounds());
+    for (int f = 0; f < 16; ++f) {
+        View view;
+        view.eye = {random.uniform(bounds.min.x, bounds.max.x), bounds.min.y + 2.2, 40 * std::floor(random.uniform(1, 6)) + bounds.min.z};
+        view.target = view.eye + Vec3d{random.uniform(-1, 1), 0, random.uniform(-1, 1)};
+        view.near_plane = 0.1;
+        for (int again = 0; again < 2; ++again)
+            test::prove(stage, *culler, view, state, 16, 4, random, counts);
+        ASSERT_FALSE(HasFailure()) << "frame " << f;
+    }
+    EXPECT_GT(counts.hidden * 4, counts.in_frustum) << "a quarter at least";
 }
 
 TEST(PlanesPublished, nonsense_options_are_usage_errors) {

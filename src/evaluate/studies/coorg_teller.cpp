@@ -62,7 +62,7 @@ StudyTable polygons_left(const Scene& scene, const WalkResult& result) {
     StudyTable table;
     table.title = "Polygons left to draw (table 1)";
     table.note = "Share of all polygons that is drawn after culling by the frustum alone and after occlusion culling; "
-                 "means per frame. Objects are culled whole. “Seen” is the share of the objects that a ray sees; “lost” must "
+                 "means per frame. Objects are culled whole. The published figures could not be had (see the note). “Seen” is the share of the objects that a ray sees; “lost” must "
                  "be 0.";
     table.columns = {{"scene", "", 0},      {"polygons", "", 0},    {"frustum", "%", 2}, {"occlusion, as published", "%", 2},
                      {"occlusion, modern", "%", 2}, {"seen", "%", 2}, {"pixels lost", "", 0}};
@@ -256,8 +256,8 @@ Result<Study> study_coorg_teller(const Scene& scene, const StudyOptions& options
                  "shares and shapes, not milliseconds.";
     study.tables = {polygons_left(scene, *result), times(scene, *result), speed_table(scene, *speeds)};
     study.plots = {speed_plot(*speeds), triangle_plot(*result)};
-    study.notes.push_back("The numbers in the paper's tables are not legible in the copy that this study was made from; its "
-                          "rows hold only what its text says of them.");
+    study.notes.push_back("The paper's rows hold words only. The copy that this study was made from lacks the figures of its tables, and "
+                          "no public text that was searched (surveys of visibility, theses, papers that cite it) repeats them.");
     return study;
 }
 

@@ -1,6 +1,8 @@
-#include "cull/scene_data.hpp"
+#include "tree/object_tree.hpp"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 namespace antumbra {
 namespace {
