@@ -60,11 +60,12 @@ std::string dump(const CullScene::Data& data, const OccluderDatabase& database) 
 TEST(PreparedReader, an_independent_program_reads_the_same) {
     test::SceneMaker maker;
     maker.object("floor").quad({0, 0, 0}, {0, 0, 8}, {8, 0, 8}, {8, 0, 0});
-    for (int i = 0; i < 4; ++i)
-        maker.object("box").box({i * 1.5, 0, i * 1.0}, {i * 1.5 + 1.5, 1.0 + i, i + 1.5});
+    maker.object("house").box({0, 0, 10}, {4, 3, 11});
+    maker.object("next house").box({4, 0, 10}, {8, 2, 11});
+    maker.object("box").box({1, 0, 2}, {2, 1, 3});
     maker.object("curtain", kOccludes | kDoubleSided).quad({0, 0, 5}, {3, 0, 5}, {3, 3, 5}, {0, 3, 5});
     RawScene raw = maker.raw();
-    raw.triangles.erase(raw.triangles.begin() + 2); // a box with a hole: a restricted solid
+    raw.triangles.erase(raw.triangles.begin() + 2); // a hole in the first house: what joins them is restricted
     --raw.objects[1].triangle_count;
     for (std::size_t o = 2; o < raw.objects.size(); ++o)
         --raw.objects[o].first_triangle;

@@ -211,6 +211,7 @@ TEST(FromPvs, of_another_scene_is_refused) {
     Stage stage = two_rooms();
     PvsData other = rooms(stage);
     other.objects.pop_back();
+    other.rows = {0b0111, 0b1001};
     Bytes bytes = *encode_pvs(other);
     Pvs pvs = *Pvs::open(bytes);
     CullerOptions options;
