@@ -20,6 +20,12 @@ class AdaptiveStop {
         --wait_;
         return true;
     }
+    /// Would hiding all that lay in the frustum of the last frame hardly pay for drawing a map? Then it is worth looking
+    /// first at what the frustum holds now. True before the first frame.
+    bool doubts() const { return possible_ < kLeastCost; }
+    /// What it saves to hide all that lies in the frustum, in seconds.
+    void learn_possible(double seconds) { possible_ = seconds; }
+
     /// After a frame: what it cost, and what drawing less saved, in any one unit.
     void learn(double cost, double saved) {
         if (cost <= saved) {
@@ -38,10 +44,12 @@ class AdaptiveStop {
     }
 
     static constexpr std::uint32_t kLongestPause = 64;
+    static constexpr double kLeastCost = 30e-6; ///< seconds; no map is drawn and asked in less
 
   private:
     float least_, stop_;
     std::uint32_t wait_ = 0, pause_ = 1;
+    double possible_ = 0;
 };
 
 } // namespace antumbra

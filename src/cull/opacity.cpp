@@ -57,6 +57,7 @@ struct State final : ViewState::Storage {
     SparseDepthMap sparse;
     OpacityRows rows;
     AdaptiveStop stop;
+    double reported = 0; ///< seconds that drawing takes of what walk() has reported
     std::uint32_t sparse_rest = 0;
     bool use_sparse = false;
     std::vector<Entry> stack;
@@ -101,16 +102,26 @@ class Opacity final : public Culler {
         FrustumPlanes planes = frustum_planes(camera, scene.tree_box);
         if (scene.occluders.polygons.empty() || options_.occluders == 0) {
             walk({}, planes, state, result, false);
-        } else if (options_.adaptive && state.stop.sits_out()) {
-            result.counters.switched_off = true;
-            walk({}, planes, state, result, false);
-        } else {
+        } else if (!options_.adaptive || !is_left_to_frustum(planes, state, result)) {
             run(camera, planes, state, result);
         }
         finish_result(result);
     }
 
   private:
+    /// Has the adaptive stop had the frustum alone decide this frame?
+    bool is_left_to_frustum(const FrustumPlanes& planes, State& state, CullResult& result) const {
+        const bool waits = state.stop.sits_out();
+        if (!waits && !state.stop.doubts())
+            return false;
+        walk({}, planes, state, result, false);
+        state.stop.learn_possible(state.reported);
+        result.counters.switched_off = waits || state.stop.doubts();
+        if (!result.counters.switched_off)
+            begin_result(scene_.data(), result);
+        return result.counters.switched_off;
+    }
+
     void run(const Camera& camera, const FrustumPlanes& planes, State& state, CullResult& result) const {
         double begin = options_.clock ? options_.clock() : 0;
         Screen screen = screen_of(camera);
@@ -121,6 +132,7 @@ class Opacity final : public Culler {
             return;
         double seconds = options_.clock ? options_.clock() - begin : counted_seconds(screen, result.counters);
         state.stop.learn(seconds, saved);
+        state.stop.learn_possible(saved + state.reported);
     }
 
     Screen screen_of(const Camera& camera) const {
@@ -243,6 +255,7 @@ class Opacity final : public Culler {
         const CullScene::Data& scene = scene_.data();
         CullCounters& counters = result.counters;
         double saved = 0;
+        state.reported = 0;
         state.stack.clear();
         state.stack.push_back({0, planes.mask(), tests});
         BoxVerdicts verdicts;
@@ -274,10 +287,13 @@ class Opacity final : public Culler {
                         below = false;
                     }
                 }
+                if (!object && (below || verdicts.crossing[slot])) {
+                    state.stack.push_back({node.child[slot], verdicts.crossing[slot], below});
+                    continue;
+                }
+                state.reported += costs_[node.first[slot] + node.count[slot]] - costs_[node.first[slot]];
                 if (object)
                     mark_visible(result, node.child[slot] & ~kObjectChild);
-                else if (below || verdicts.crossing[slot])
-                    state.stack.push_back({node.child[slot], verdicts.crossing[slot], below});
                 else
                     for (std::uint32_t i = node.first[slot]; i < node.first[slot] + node.count[slot]; ++i)
                         mark_visible(result, scene.order[i]);

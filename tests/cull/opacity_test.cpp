@@ -63,6 +63,35 @@ TEST(Opacity, the_modern_form_is_at_least_as_tight_as_the_published) {
     EXPECT_GT(hidden, 100u);
 }
 
+TEST(Opacity, choosing_by_gain_draws_what_covers_open_pixels_and_keeps_to_the_limit) {
+    std::uint64_t hidden = 0, hidden_by_few = 0, drawn = 0;
+    for (std::uint32_t trial = 0; trial < 20; ++trial) {
+        Stage stage = soup(trial);
+        CullerOptions many = plain(OpacityForm::modern), few = many;
+        many.opacity.choice = few.opacity.choice = OpacityChoice::by_gain;
+        many.opacity.occluders = 100000;
+        few.opacity.occluders = 12;
+        auto all = make(stage, many), limited = make(stage, few);
+        ViewState a, b;
+        CullResult of_all, of_few;
+        Random random(87, trial);
+        for (int frame = 0; frame < 20; ++frame) {
+            View view = test::random_view(random, {0, 0, 0}, 8);
+            all->cull(view, a, of_all);
+            limited->cull(view, b, of_few);
+            ASSERT_LE(of_few.counters.polygons_drawn, 12u);
+            ASSERT_FALSE(of_all.counters.budget_spent);
+            ASSERT_LE(of_all.counters.patches_drawn, stage.occluders.patches.size());
+            hidden += of_all.counters.hidden_by_raster;
+            hidden_by_few += of_few.counters.hidden_by_raster;
+            drawn += of_all.counters.polygons_drawn;
+        }
+    }
+    EXPECT_GT(hidden, 200u);
+    EXPECT_LT(hidden_by_few, hidden);
+    EXPECT_GT(drawn, 1000u);
+}
+
 /// Stopping early never hides more, and a stop of nothing never stops.
 TEST(Opacity, the_early_stop_only_reports_more) {
     std::uint64_t stopped = 0;
@@ -267,6 +296,29 @@ TEST(Opacity, it_switches_itself_off_when_it_does_not_pay_and_loses_nothing_by_i
     }
     EXPECT_GT(off, 370);
     EXPECT_LT(off, 400) << "it tries again now and then";
+}
+
+/// Two objects cost less to draw than a map: it is never drawn, and the answer is the frustum's.
+TEST(Opacity, it_does_not_begin_where_everything_is_cheap) {
+    Stage stage = wall_and_things();
+    CullerOptions options;
+    auto frustum = make(stage, {}, "frustum");
+    for (double seconds : {1e-9, 1e-3}) {
+        options.opacity.object_seconds = seconds;
+        auto culler = make(stage, options);
+        ViewState state, plain_state;
+        CullResult result, expected;
+        for (int frame = 0; frame < 10; ++frame) {
+            culler->cull(looking_at_the_wall(stage), state, result);
+            EXPECT_EQ(result.counters.switched_off, seconds < 1e-6);
+            EXPECT_EQ(result.counters.patches_drawn > 0, seconds > 1e-6);
+            frustum->cull(looking_at_the_wall(stage), plain_state, expected);
+            if (seconds < 1e-6)
+                EXPECT_EQ(result.visible, expected.visible);
+            else
+                EXPECT_EQ(result.visible_count, 1u);
+        }
+    }
 }
 
 TEST(Opacity, without_a_clock_every_run_reports_the_same) {
