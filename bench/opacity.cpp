@@ -4,15 +4,18 @@
 #include "cull/opacity_occluders.hpp"
 #include "cull/scene_data.hpp"
 #include "mos/choose_list.hpp"
+#include "raster/depth_pyramid.hpp"
 #include "raster/opacity_map.hpp"
 #include "raster/opacity_rows.hpp"
 #include "raster/sparse_depth_map.hpp"
+#include "raster/tile_buffer.hpp"
 
 #include <antumbra/generate.hpp>
 #include <antumbra/occluder_finding.hpp>
 
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <memory>
 
 namespace antumbra {
@@ -43,13 +46,15 @@ struct Covered {
     }
 };
 
-void overlap_32x32(benchmark::State& state) {
+/// Covered squares: pixel by pixel there is no way out early.
+void overlap(benchmark::State& state) {
     Covered map;
     PixelRect rects[64];
     Random random(1);
+    const int side = int(state.range(1));
     for (PixelRect& rect : rects) {
-        rect.x0 = int(random.below(96)), rect.y0 = int(random.below(96));
-        rect.x1 = rect.x0 + 31, rect.y1 = rect.y0 + 31;
+        rect.x0 = int(random.below(std::uint32_t(128 - side))), rect.y0 = int(random.below(std::uint32_t(128 - side)));
+        rect.x1 = rect.x0 + side - 1, rect.y1 = rect.y0 + side - 1;
     }
     std::size_t at = 0;
     std::uint64_t covered = 0;
@@ -63,7 +68,7 @@ void overlap_32x32(benchmark::State& state) {
     }
     state.counters["covered"] = double(covered) / double(state.iterations());
 }
-BENCHMARK(overlap_32x32)->ArgName("form")->Arg(kTable)->Arg(kBits)->Arg(kPixels);
+BENCHMARK(overlap)->ArgNames({"form", "side"})->ArgsProduct({{kTable, kBits, kPixels}, {1, 2, 4, 8, 16, 32, 64}});
 
 void depth_32x32(benchmark::State& state) {
     Covered map;
@@ -108,54 +113,123 @@ struct Corner {
     }
 };
 
-/// Eight boxes of a node at a time: projection, overlap and depth; time per box.
-void query_of_a_frame(benchmark::State& state) {
-    Corner& corner = Corner::get();
-    const CullScene::Data& scene = corner.cull_scene.data();
-    bool published = state.range(0) == kTable;
-    Screen screen = published ? make_screen(corner.camera, 128, 128, 4000) : make_screen(corner.camera, 256, 4000);
-    OpacityOccluders occluders(scene);
-    occluders.choose(scene, nullptr, corner.camera, frustum_planes(corner.camera, scene.tree_box), 256);
+/// What a frame of the corner asks: its occluders drawn into every kind of map, and the nodes that it opens.
+struct Asked {
+    Screen screen;
     OccluderImage image;
-    OccluderBrush brush;
-    image.reset(screen);
-    const PatchStore& store = occluders.patches(scene.occluders);
-    brush.fit(screen, store);
-    for (std::uint32_t p = 0; p < store.patches.size(); ++p)
-        draw_occluder_scalar(store, p, screen, PixelCoverage::inner, brush, image);
     OpacityMap table;
     SparseDepthMap sparse;
     OpacityRows rows;
-    table.build(image);
-    sparse.build(image);
-    rows.build(image);
-    // The nodes that a frame opens: those with a child on the screen.
-    ProjectEight project = project_eight_avx512() ? project_eight_avx512()
-                           : project_eight_avx2() ? project_eight_avx2()
-                                                  : project_eight_scalar;
-    std::vector<const CullNode*> nodes;
-    EightOnScreen eight;
-    for (const CullNode& node : scene.wide) {
-        project(screen, node.min, node.max, eight);
-        if (eight.testable & node.mask())
-            nodes.push_back(&node);
-    }
-    std::uint64_t boxes = 0, hidden = 0;
-    for (auto _ : state)
-        for (const CullNode* node : nodes) {
-            project(screen, node->min, node->max, eight);
-            for (std::uint32_t rest = eight.testable & node->mask(); rest; rest &= rest - 1) {
-                int lane = std::countr_zero(rest);
-                PixelRect rect = eight.rect(lane);
-                ++boxes;
-                hidden += published ? table.overlaps(rect) && sparse.is_behind(image, rect, eight.nearness[lane])
-                                    : rows.overlaps(rect) && rows.is_behind(image, rect, eight.nearness[lane]);
+    TileBuffer tiles;
+    DepthPyramid pyramid;
+    ProjectEight project;
+    std::vector<const CullNode*> nodes; ///< with a child on the screen
+    double side = 0, boxes = 0;         ///< mean side of the rectangles, how many
+
+    explicit Asked(int width, int height) {
+        Corner& corner = Corner::get();
+        const CullScene::Data& scene = corner.cull_scene.data();
+        screen = height ? make_screen(corner.camera, width, height, 4000) : make_screen(corner.camera, width, 4000);
+        image.reset(screen);
+        tiles.reset(screen);
+        pyramid.reset(screen);
+        draw(scene, corner.camera);
+        table.build(image);
+        sparse.build(image);
+        rows.build(image);
+        pyramid.build();
+        project = project_eight_avx512() ? project_eight_avx512()
+                  : project_eight_avx2() ? project_eight_avx2()
+                                         : project_eight_scalar;
+        EightOnScreen eight;
+        for (const CullNode& node : scene.wide) {
+            project(screen, node.min, node.max, eight);
+            if (std::uint32_t rest = eight.testable & node.mask()) {
+                nodes.push_back(&node);
+                for (; rest; rest &= rest - 1) {
+                    side += std::sqrt(double(eight.rect(std::countr_zero(rest)).area()));
+                    ++boxes;
+                }
             }
         }
+        side /= boxes;
+    }
+
+  private:
+    void draw(const CullScene::Data& scene, const Camera& camera) {
+        OpacityOccluders occluders(scene);
+        occluders.choose(scene, nullptr, camera, frustum_planes(camera, scene.tree_box), 256);
+        const PatchStore& store = occluders.patches(scene.occluders);
+        OccluderBrush brush;
+        brush.fit(screen, store);
+        PatchCoverage coverage;
+        coverage.fit(screen, store);
+        for (std::uint32_t p = 0; p < store.patches.size(); ++p) {
+            draw_occluder_scalar(store, p, screen, PixelCoverage::inner, brush, image);
+            draw_patch_scalar(store, p, screen, coverage);
+            tiles.merge(coverage);
+            pyramid.merge(coverage);
+            coverage.clear(screen);
+        }
+    }
+};
+
+/// Projection, overlap and depth together; time per box.
+template <class IsHiddenBox>
+void ask(benchmark::State& state, const Asked& asked, IsHiddenBox&& is_hidden) {
+    EightOnScreen eight;
+    std::uint64_t boxes = 0, hidden = 0;
+    for (auto _ : state)
+        for (const CullNode* node : asked.nodes) {
+            asked.project(asked.screen, node->min, node->max, eight);
+            for (std::uint32_t rest = eight.testable & node->mask(); rest; rest &= rest - 1) {
+                int lane = std::countr_zero(rest);
+                ++boxes;
+                hidden += is_hidden(eight.rect(lane), eight.nearness[lane]);
+            }
+        }
+    state.counters["side"] = asked.side;
     state.counters["hidden"] = double(hidden) / double(boxes);
     state.counters["per_box"] = benchmark::Counter(double(boxes), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(query_of_a_frame)->ArgName("form")->Arg(kTable)->Arg(kBits)->MinTime(0.3);
+
+void query_published(benchmark::State& state) {
+    static Asked a(128, 128);
+    ask(state, a, [&](const PixelRect& rect, float nearness) {
+        return a.table.overlaps(rect) && a.sparse.is_behind(a.image, rect, nearness);
+    });
+}
+void query_pixel_wise(benchmark::State& state) {
+    static Asked a(128, 128);
+    ask(state, a, [&](const PixelRect& rect, float nearness) {
+        return overlaps_pixel_wise(a.image, rect) && is_behind_pixel_wise(a.image, rect, nearness);
+    });
+}
+void query_modern(benchmark::State& state) {
+    static Asked a(256, 0);
+    ask(state, a, [&](const PixelRect& rect, float nearness) {
+        return a.rows.overlaps(rect) && a.rows.is_behind(a.image, rect, nearness);
+    });
+}
+/// The maps of the other image-space methods, with the same occluders at the same resolution.
+void query_masked(benchmark::State& state) {
+    static Asked a(256, 0);
+    IsHidden hidden = is_hidden_avx512() ? is_hidden_avx512() : is_hidden_avx2() ? is_hidden_avx2() : is_hidden_scalar;
+    ask(state, a, [&](const PixelRect& rect, float nearness) {
+        return hidden(a.tiles, rect, nearness);
+    });
+}
+void query_hzb(benchmark::State& state) {
+    static Asked a(256, 0);
+    ask(state, a, [&](const PixelRect& rect, float nearness) {
+        return a.pyramid.is_hidden(rect, nearness);
+    });
+}
+BENCHMARK(query_published)->MinTime(0.3);
+BENCHMARK(query_pixel_wise)->MinTime(0.3);
+BENCHMARK(query_modern)->MinTime(0.3);
+BENCHMARK(query_masked)->MinTime(0.3);
+BENCHMARK(query_hzb)->MinTime(0.3);
 
 /// All of one picture: stacks, search and choice, for the 1,000 occludees of the paper's size that are nearest.
 void minimum_sets_of_1000(benchmark::State& state) {

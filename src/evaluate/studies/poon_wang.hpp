@@ -50,11 +50,12 @@ struct Bench {
     std::uint32_t repeat = 1;
 };
 
-/// All contenders on the same frames, side by side in turning order.
+/// All contenders on the same frames, side by side in turning order. `truth` (of the same frames) takes its turn, too, and
+/// gets its times: what is drawn among large frames must not be compared with what is drawn alone.
 Result<std::vector<Measured>> measure(const Bench& bench, std::span<const View> views,
-                                      std::span<const Contender> contenders);
+                                      std::span<const Contender> contenders, Measured* truth = nullptr);
 
-/// What rays see of each frame, and its drawing time in `measured` form.
+/// What rays see of each frame; no times.
 Measured truth_of(const Bench& bench, const Tracer& tracer, std::span<const View> views, std::uint32_t pixels,
                   const Job& job);
 
@@ -68,6 +69,11 @@ Result<OccluderDatabase> database_along(const Scene& scene, const OccluderSet& o
 
 /// The same list from everywhere.
 OccluderDatabase one_list(std::span<const std::uint32_t> polygons);
+
+/// How many occluders each criterion needs for the same culled share on the best and the average route, with either
+/// coverage.
+Result<StudyTable> occluders_for_shares(const Bench& bench, const OccluderSet& occluders,
+                                        std::span<const Route> routes, const Job& job);
 
 /// The scene from above (figure 7): light grey outside the frustum, dark grey culled, black reported, red occluders.
 Image top_view(const Scene& scene, const OccluderSet& occluders, const View& view,

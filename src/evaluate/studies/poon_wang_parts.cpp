@@ -123,7 +123,7 @@ std::uint64_t triangles_of(const Scene& scene, std::span<const std::uint64_t> ob
 }
 
 Result<std::vector<Measured>> measure(const Bench& bench, std::span<const View> views,
-                                      std::span<const Contender> contenders) {
+                                      std::span<const Contender> contenders, Measured* truth) {
     std::vector<Measured> all(contenders.size());
     std::vector<std::unique_ptr<Culler>> cullers;
     for (std::size_t m = 0; m < contenders.size(); ++m) {
@@ -136,14 +136,21 @@ Result<std::vector<Measured>> measure(const Bench& bench, std::span<const View> 
         all[m].draw_ms.assign(views.size(), bench.drawing ? 1e300 : -1);
         all[m].frame_ms.assign(views.size(), 1e300);
     }
+    const std::size_t turns = cullers.size() + (truth ? 1 : 0);
     for (std::uint32_t pass = 0; pass < std::max(1u, bench.repeat); ++pass) {
         std::vector<ViewState> states(cullers.size());
         CullResult result;
         for (std::size_t f = 0; f < views.size(); ++f)
-            for (std::size_t k = 0; k < cullers.size(); ++k) {
-                std::size_t m = (k + f + pass) % cullers.size();
+            for (std::size_t k = 0; k < turns; ++k) {
+                std::size_t m = (k + f + pass) % turns;
                 View view = views[f];
                 view.aspect = bench.aspect;
+                if (m == cullers.size()) {
+                    double draw = bench.drawing ? bench.drawing->draw(view, truth->visible[f]) * 1e3 : -1;
+                    truth->draw_ms[f] = pass == 0 ? draw : std::min(truth->draw_ms[f], draw);
+                    truth->frame_ms[f] = std::max(truth->draw_ms[f], 0.0);
+                    continue;
+                }
                 auto start = std::chrono::steady_clock::now();
                 cullers[m]->cull(view, states[m], result);
                 double cull = milliseconds_since(start);
@@ -173,16 +180,9 @@ Measured truth_of(const Bench& bench, const Tracer& tracer, std::span<const View
         std::vector<std::uint64_t> seen(bench.cull_scene.words(), 0);
         mark_seen(bench.scene, buffer, seen);
         truth.triangles.push_back(triangles_of(bench.scene, seen));
-        double best = -1;
-        for (std::uint32_t pass = 0; bench.drawing && pass < std::max(1u, bench.repeat); ++pass) {
-            View square = view;
-            square.aspect = bench.aspect;
-            double draw = bench.drawing->draw(square, seen) * 1e3;
-            best = best < 0 ? draw : std::min(best, draw);
-        }
         truth.cull_ms.push_back(0);
-        truth.draw_ms.push_back(best);
-        truth.frame_ms.push_back(std::max(best, 0.0));
+        truth.draw_ms.push_back(-1);
+        truth.frame_ms.push_back(0);
         truth.visible.push_back(std::move(seen));
     }
     return truth;
