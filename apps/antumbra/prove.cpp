@@ -52,6 +52,8 @@ class Table {
             return {}; // begins
         for (; line.starts_with('#') && file; std::getline(file, line)) // remarks: which commit, which machine
             remarks_ += line + "\n";
+        if (!file)
+            return {}; // nothing but remarks
         if (line != kHead)
             return {ErrorCode::usage, arguments_.table + ": is no table of antumbra prove; choose another file"};
         while (std::getline(file, line)) {

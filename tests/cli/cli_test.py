@@ -300,7 +300,13 @@ class Commands(unittest.TestCase):
         again = run_json("prove", self.scene, "--random-frames", 128, "--size", "32x18", "--aimed", 20, "-o", table)
         self.assertEqual([method["frames"] for method in again["methods"]], [128] * len(prove["methods"]))
         with open(table) as file:
-            self.assertEqual(len(file.readlines()), 1 + len(prove["methods"]))
+            lines = file.readlines()
+        self.assertEqual(len(lines), 1 + len(prove["methods"]))
+        with open(table, "w") as file:
+            file.writelines(["# a remark\n"] + lines)
+        run_json("prove", self.scene, "--random-frames", 128, "--size", "32x18", "--aimed", 20, "-o", table)
+        with open(table) as file:
+            self.assertEqual(file.readlines(), ["# a remark\n"] + lines)
 
     def test_walk_keys(self):
         report = os.path.join(self.folder.name, "report.html")
