@@ -142,6 +142,12 @@ void add_cull(CLI::App& app) {
     add_occluder_choice(command, arguments->choice);
     command.add_option("--occluders", arguments->options.occluders, "planes, tree-: occluders at most")->capture_default_str();
     command.add_option("--minimum-cost", arguments->options.tree.minimum_cost, "tree-: nodes with fewer triangles are not tested")->capture_default_str();
+    command.add_flag("--inner-tests", arguments->options.tree.inner_tests, "tree-fme, tree-fmc: tests at inner nodes of the occlusion tree, too");
+    command.add_flag("--extra-nodes", arguments->options.tree.extra_nodes, "tree-fme, tree-fmc: extra nodes where shadow planes meet sharply");
+    command.add_flag_callback("--area-angle-of-view", [arguments] { arguments->options.tree.area_angle = AreaAngle::viewing_direction; },
+                              "tree-: area-angle with the viewing direction, as printed, not with the line of sight");
+    command.add_flag_callback("--from-deepest-node", [arguments] { arguments->options.tree.start = TreeStart::deepest_node; },
+                              "tree: start boxes at the deepest node, not at the leaves that the box around them reached");
     command.add_flag("--centre", arguments->centre, "opacity: pixels count when their centre is covered, as published (approximate)");
     command.add_option("--tolerance", arguments->options.opacity.tolerance, "opacity: share of a box that may be open (approximate)")
         ->capture_default_str();

@@ -203,6 +203,9 @@ struct OcclusionTreeOptions {
     /// are tested where that is expected to pay; infinity: always.
     double object_worth = 192;
     Retest retest = Retest::when_unmarked;
+    /// `tree-fme`, `tree-fmc`: intersection tests at inner nodes of the occlusion tree too, which make FME exact; and extra nodes
+    /// where shadow planes meet at a sharp angle. The paper sketches both (6.2, 9).
+    bool inner_tests = false, extra_nodes = false;
     TreeStart start = TreeStart::reached_leaves;
     AreaAngle area_angle = AreaAngle::line_of_sight;
     /// Occluders are chosen from visible leaves whose centres are so near, scene units; 0: a hundred times the longest

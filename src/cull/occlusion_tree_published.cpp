@@ -191,7 +191,8 @@ class PublishedTree final : public Culler {
         for (std::uint32_t occluder : state.chosen)
             if (is_usable(occluder, sight, start))
                 state.usable.push_back(occluder);
-        state.tree.begin(camera.eye, size_, method_ == TreeMethod::fse ? TreeForm::plain : TreeForm::modified);
+        state.tree.begin(camera.eye, size_, method_ == TreeMethod::fse ? TreeForm::plain : TreeForm::modified,
+                         options_.extra_nodes ? ExtraNodes::at_sharp_angles : ExtraNodes::none);
         counters.occluders_used = state.builder.insert(state.tree, state.usable, TreeBuilder::Order::binary_space_partition);
         counters.tree_nodes = state.tree.node_count();
         counters.tree_fragments = state.tree.fragment_count();
@@ -290,8 +291,8 @@ class PublishedTree final : public Culler {
     Visibility visibility_of(const Box3f& box, State& state) const {
         switch (method_) {
         case TreeMethod::fse: return state.tree.visibility_by_faces(to_double(box));
-        case TreeMethod::fme: return state.tree.visibility_unsplit(to_double(box), LeafTest::pyramid);
-        case TreeMethod::fmc: return state.tree.visibility_unsplit(to_double(box), LeafTest::conservative);
+        case TreeMethod::fme: return state.tree.visibility_unsplit(to_double(box), LeafTest::pyramid, inner_);
+        case TreeMethod::fmc: return state.tree.visibility_unsplit(to_double(box), LeafTest::conservative, inner_);
         case TreeMethod::f: break;
         }
         return Visibility::full;
@@ -346,6 +347,7 @@ class PublishedTree final : public Culler {
     CullScene scene_;
     OcclusionTreeOptions options_;
     std::uint32_t most_;
+    InnerTest inner_ = options_.inner_tests ? InnerTest::region : InnerTest::none;
     TreeMethod method_;
     std::string_view name_;
     double size_ = 1;

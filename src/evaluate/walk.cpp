@@ -48,6 +48,7 @@ Result<std::vector<Method>> make_methods(const CullScene& scene, const WalkOptio
         CullerOptions culler_options;
         culler_options.pvs = options.pvs;
         culler_options.occluder_choice = options.occluder_choice;
+        culler_options.tree = options.tree;
         if (options.occluders > 0)
             culler_options.occluders = culler_options.opacity.occluders = options.occluders;
         Result<std::unique_ptr<Culler>> culler = make_culler(name, scene, culler_options);

@@ -6,6 +6,7 @@
 namespace antumbra {
 namespace {
 
+constexpr double kSharp = 0.2; ///< cosine of the angle between planes that meet sharply
 constexpr std::size_t kMostPoints = 1u << 15;
 
 } // namespace
@@ -17,6 +18,7 @@ OcclusionTree::OcclusionTree(const OcclusionTreeLimits& limits) : limits_(limits
     fragment_edges_.reserve(std::size_t(limits.fragments) * 6);
     stack_.reserve(kMostPending);
     unsplit_stack_.reserve(limits.nodes + 1);
+    unsplit_path_.reserve(limits.nodes + 1);
     pool_.resize(kMostPending);
     slots_.resize(kMostPending);
     std::iota(slots_.begin(), slots_.end(), std::uint16_t(0));
@@ -24,9 +26,11 @@ OcclusionTree::OcclusionTree(const OcclusionTreeLimits& limits) : limits_(limits
     reached_lines_.reserve(4 * kMostReached);
 }
 
-void OcclusionTree::begin(const Vec3d& eye, double size, TreeForm form) {
+void OcclusionTree::begin(const Vec3d& eye, double size, TreeForm form, ExtraNodes extra_nodes) {
     sight_.begin(eye, size);
     form_ = form;
+    extra_nodes_ = extra_nodes;
+    extra_.clear();
     root_ = kOut;
     ran_out_ = false;
     nodes_.clear();
@@ -130,16 +134,49 @@ bool OcclusionTree::enlarge(const Work& work, std::uint32_t plane, std::uint32_t
     fragments_.push_back({plane, occluder, static_cast<std::uint32_t>(fragment_edges_.size()),
                           static_cast<std::uint32_t>(edges)});
     std::uint32_t at = work.parent;
+    std::int32_t node_of_edge[PicturePolygon::kMost];
     for (int i = 0; i < polygon.count; ++i) {
         fragment_edges_.push_back(polygon.edge(i));
+        node_of_edge[i] = -1;
         if (polygon.flagged(i) && form_ == TreeForm::modified)
             continue;
+        node_of_edge[i] = static_cast<std::int32_t>(nodes_.size());
         child_at(at) = static_cast<Child>(nodes_.size());
         at = static_cast<std::uint32_t>(nodes_.size()) << 1 | 1;
         nodes_.push_back({polygon.edge(i), kOut, before});
     }
     child_at(at) = in_leaf(fragments_.size() - 1);
+    if (extra_nodes_ != ExtraNodes::none)
+        add_extra_nodes(polygon, {node_of_edge, edges});
     return true;
+}
+
+/// Where an edge meets a neighbour whose plane is on the path already, the parts of the picture on both sides of the edge lie
+/// between two planes. If they meet at a sharp angle, what crosses both planes need not come in between.
+void OcclusionTree::add_extra_nodes(const PicturePolygon& polygon, std::span<const std::int32_t> node_of_edge) {
+    extra_.resize(nodes_.size());
+    auto count = static_cast<int>(node_of_edge.size());
+    for (int i = 0; i < count; ++i) {
+        if (node_of_edge[static_cast<std::size_t>(i)] < 0)
+            continue;
+        Extra& extra = extra_[static_cast<std::size_t>(node_of_edge[static_cast<std::size_t>(i)])];
+        for (int side = 0; side < 2 && sight_.mark().lines + 2 <= limits_.lines; ++side) {
+            int neighbour = (i + (side ? 1 : count - 1)) % count;
+            std::int32_t node = node_of_edge[static_cast<std::size_t>(neighbour)];
+            bool on_path = node >= 0 ? node < node_of_edge[static_cast<std::size_t>(i)] : polygon.flagged(neighbour);
+            if (!on_path)
+                continue;
+            double cosine = sight_.cosine(polygon.edge(neighbour), polygon.edge(i));
+            if (cosine > kSharp)
+                extra.outside[side ? 1 : 0] = sight_.add_blend(polygon.edge(neighbour), -polygon.edge(i));
+            else if (cosine < -kSharp)
+                extra.inside[side ? 1 : 0] = sight_.add_blend(polygon.edge(neighbour), polygon.edge(i));
+        }
+        if (extra.outside[0].bits == kNoLine)
+            std::swap(extra.outside[0], extra.outside[1]);
+        if (extra.inside[0].bits == kNoLine)
+            std::swap(extra.inside[0], extra.inside[1]);
+    }
 }
 
 /// At an in-leaf only the part that lies in front of what is there counts. With occluders in front-to-back order there

@@ -32,6 +32,17 @@ enum class LeafTest : std::uint8_t {
     pyramid,      ///< E made safe: invisible only if the box misses the closed pyramid of viewpoint and fragment
 };
 
+/// What visibility_unsplit() asks at a node whose plane crosses the box. The paper sketches `region`: "intersection tests also
+/// in the inner nodes ... Then the algorithm always determines visibility exactly with regard to the selected occluders".
+enum class InnerTest : std::uint8_t {
+    none,   ///< as published: the box goes to both children
+    region, ///< only to those whose part of the picture it reaches
+};
+
+/// The paper's future work: "inserting additional nodes to the MOBSP, where the probability of visibility misclassification is
+/// high". Here: where two shadow planes meet at a sharp angle, a plane that cuts off what only touches their continuations.
+enum class ExtraNodes : std::uint8_t { none, at_sharp_angles };
+
 struct OcclusionTreeLimits {
     std::uint32_t nodes = 1u << 15, lines = 1u << 16, fragments = 1u << 14;
 };
@@ -42,7 +53,7 @@ class OcclusionTree {
     explicit OcclusionTree(const OcclusionTreeLimits& limits = {});
 
     /// Empty, for a new eye. `size`: of the scene, for scaling only.
-    void begin(const Vec3d& eye, double size, TreeForm form);
+    void begin(const Vec3d& eye, double size, TreeForm form, ExtraNodes extra_nodes = ExtraNodes::none);
     Sight& sight() { return sight_; }
 
     /// Points of occluders are added by the caller (sight().add_point), so that polygons can share them.
@@ -58,7 +69,12 @@ class OcclusionTree {
     /// Section 5.2, exact: splits the faces of the box that the eye sees.
     Visibility visibility_by_faces(const Box3d& box);
     /// Section 6.2, conservative: the box goes to both children of a plane that it crosses. Modified trees only.
-    Visibility visibility_unsplit(const Box3d& box, LeafTest test);
+    /// With LeafTest::pyramid and InnerTest::region exact.
+    Visibility visibility_unsplit(const Box3d& box, LeafTest test, InnerTest inner = InnerTest::none);
+    /// The same for regions of other shapes (conservative, LeafTest::conservative): "the only operation ... is the
+    /// determination of the position of a region relative to a plane". `hull`: corners of any convex region.
+    Visibility visibility_unsplit(const Ball& ball);
+    Visibility visibility_unsplit(std::span<const Vec3d> hull);
 
     // -- the modern query: one silhouette instead of three faces, only hidden or not ----------------------------------
 
@@ -126,6 +142,16 @@ class OcclusionTree {
         std::uint32_t first_line, lines; ///< bounds of that part of the picture, into reached_lines_
     };
     static constexpr std::uint32_t kMostReached = 4096;
+    static constexpr std::uint32_t kNoLine = 0xFFFFFFFFu;
+    struct Unsplit {
+        Child child;
+        std::uint32_t path; ///< how much of unsplit_path_ led there,
+        LineRef line;       ///< and the line crossed last
+    };
+    /// Planes that have a child's part of the picture on their positive side.
+    struct Extra {
+        LineRef inside[2] = {{kNoLine}, {kNoLine}}, outside[2] = {{kNoLine}, {kNoLine}};
+    };
 
     PicturePolygon& pool(std::size_t i) { return pool_[slots_[i]]; }
     /// The outer part takes the place of the polygon, the inner one the next place: the stack holds the rest.
@@ -146,8 +172,14 @@ class OcclusionTree {
         return {fragment_edges_.data() + fragment.first_edge, fragment.edges};
     }
     /// Uses the pool from `free` on.
+    Visibility pyramid_visibility(const Box3d& box, std::uint32_t plane, std::span<const LineRef> edges, std::size_t free);
     bool misses_pyramid(const Box3d& box, std::uint32_t plane, std::span<const LineRef> edges, std::size_t free);
     bool is_behind_in(const Box3d& box, const Fragment& fragment, const PicturePolygon& piece, std::size_t free);
+    bool reaches(std::span<const LineRef> path);
+    template <class Region> bool is_cut_off(std::size_t node, bool inside, const Region& region);
+    template <class Region, class Reaches, class AtLeaf>
+    Visibility walk_unsplit(const Region& region, Reaches&& reaches_path, AtLeaf&& at_leaf);
+    void add_extra_nodes(const PicturePolygon& polygon, std::span<const std::int32_t> node_of_edge);
     bool silhouette_of(const Box3d& box, PicturePolygon& silhouette);
     bool all_hidden(const Box3d& box, Vec3d* seen, Work& shown);
     bool clip(PicturePolygon& polygon, const Reached& place);
@@ -165,7 +197,10 @@ class OcclusionTree {
     std::vector<Fragment> fragments_;
     std::vector<LineRef> fragment_edges_;
     std::vector<Work> stack_;
-    std::vector<Child> unsplit_stack_;
+    std::vector<Unsplit> unsplit_stack_;
+    std::vector<LineRef> unsplit_path_;
+    std::vector<Extra> extra_; ///< per node, if there are extra nodes
+    ExtraNodes extra_nodes_ = ExtraNodes::none;
     std::vector<PicturePolygon> pool_; ///< polygons of the work under way
     std::vector<std::uint16_t> slots_; ///< where in pool_ they are
     PicturePolygon silhouette_, clipped_;

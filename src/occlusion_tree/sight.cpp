@@ -339,4 +339,52 @@ Sight::Range Sight::line_range(LineRef ref, const Box3d& box) const {
     return {range.least - slack, range.most + slack};
 }
 
+Sight::Range Sight::plane_range(std::uint32_t index, const Ball& ball) const {
+    Range range = plane_range(index, Box3d{ball.centre, ball.centre});
+    double reach = ball.radius * (1 + 32 * kUnit) * (1 + planes_[index].n_error);
+    return {range.least - reach, range.most + reach};
+}
+
+Sight::Range Sight::line_range(LineRef line, const Ball& ball) const {
+    Range range = line_range(line, Box3d{ball.centre, ball.centre});
+    const Line& l = lines_[line.index()];
+    double reach = ball.radius * (norm(l.n) * (1 + 32 * kUnit) + l.error);
+    return {range.least - reach, range.most + reach};
+}
+
+Sight::Range Sight::plane_range(std::uint32_t index, std::span<const Vec3d> hull) const {
+    Range range = plane_range(index, hull[0]);
+    for (const Vec3d& point : hull.subspan(1)) {
+        Range one = plane_range(index, point);
+        range = {std::min(range.least, one.least), std::max(range.most, one.most)};
+    }
+    return range;
+}
+
+Sight::Range Sight::line_range(LineRef line, std::span<const Vec3d> hull) const {
+    Range range = line_range(line, hull[0]);
+    for (const Vec3d& point : hull.subspan(1)) {
+        Range one = line_range(line, point);
+        range = {std::min(range.least, one.least), std::max(range.most, one.most)};
+    }
+    return range;
+}
+
+double Sight::cosine(LineRef a, LineRef b) const {
+    const Line &u = lines_[a.index()], &v = lines_[b.index()];
+    double size = norm(u.n) * norm(v.n);
+    return size > 0 ? dot(u.n, v.n) / size * (a.turned() == b.turned() ? 1 : -1) : 0;
+}
+
+LineRef Sight::add_blend(LineRef a, LineRef b) {
+    const Line &u = lines_[a.index()], &v = lines_[b.index()];
+    // The weights are taken as they are: any positive ones will do.
+    double s = (a.turned() ? -1 : 1) / std::max(norm(u.n), 1e-300), t = (b.turned() ? -1 : 1) / std::max(norm(v.n), 1e-300);
+    Line line{u.n * s + v.n * t, 0, 0, true, true, 0, 0};
+    line.error = std::abs(s) * (u.error + 4 * kUnit * u.size) + std::abs(t) * (v.error + 4 * kUnit * v.size);
+    line.size = size_of(line.n);
+    lines_.push_back(line);
+    return {static_cast<std::uint32_t>(lines_.size() - 1) << 1};
+}
+
 } // namespace antumbra

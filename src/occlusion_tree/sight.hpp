@@ -17,6 +17,7 @@
 #include <antumbra/math.hpp>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace antumbra {
@@ -47,6 +48,12 @@ struct SightTally {
     std::uint64_t plain = 0;     ///< zeros because of shared coordinates or lines
     std::uint64_t exact = 0, undecided = 0; ///< by exact numbers; the rest was certain in doubles
     std::uint64_t filtered() const { return asked - plain - exact - undecided; }
+};
+
+/// A region of space.
+struct Ball {
+    Vec3d centre;
+    double radius = 0;
 };
 
 class Sight {
@@ -104,6 +111,16 @@ class Sight {
     /// The same for a line: the certain bounds of its values over the box.
     Range line_range(LineRef line, const Box3d& box) const;
     Range line_range(LineRef line, const Vec3d& point) const { return line_range(line, Box3d{point, point}); }
+
+    Range plane_range(std::uint32_t plane, const Ball& ball) const;
+    Range plane_range(std::uint32_t plane, std::span<const Vec3d> hull) const;
+    Range line_range(LineRef line, const Ball& ball) const;
+    Range line_range(LineRef line, std::span<const Vec3d> hull) const;
+
+    /// A line with all directions on its positive side that are on the positive sides of both. Only line_range() knows it.
+    LineRef add_blend(LineRef a, LineRef b);
+    /// Of the angle between their normals, roughly.
+    double cosine(LineRef a, LineRef b) const;
 
     const SightTally& tally() const { return tally_; }
 

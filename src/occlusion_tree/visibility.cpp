@@ -1,12 +1,7 @@
-// Asking the tree: by splitting the faces of a box (section 5) and without splitting (section 6.2).
+// Asking the tree by splitting the faces of a box (section 5).
 #include "occlusion_tree/occlusion_tree.hpp"
 
 namespace antumbra {
-namespace {
-
-bool holds(const Box3d& box, const Vec3d& eye) { return box.contains(eye); }
-
-} // namespace
 
 bool OcclusionTree::face_of(const Box3d& box, int axis, std::uint32_t& plane, PicturePolygon& face) {
     const Vec3d& eye = sight_.eye();
@@ -89,7 +84,7 @@ Visibility OcclusionTree::visibility_of(std::uint32_t surface) {
 }
 
 Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
-    if (holds(box, sight_.eye()))
+    if (box.contains(sight_.eye()))
         return Visibility::partial;
     bool any = false;
     Visibility all = Visibility::partial; // of a box without a face that shows: nothing is known
@@ -104,86 +99,6 @@ Visibility OcclusionTree::visibility_by_faces(const Box3d& box) {
         }
         sight_.forget(mark);
         if (any && all == Visibility::partial)
-            break;
-    }
-    return all;
-}
-
-/// Does the part of the box that lies in the frustum of these edges lie behind the plane? The part that comes first is that
-/// of the faces.
-bool OcclusionTree::misses_pyramid(const Box3d& box, std::uint32_t occluder, std::span<const LineRef> edges, std::size_t free) {
-    if (free + 2 > kMostPending)
-        return false;
-    signed char sides[PicturePolygon::kMost];
-    bool misses = true;
-    for (int axis = 0; axis < 3 && misses; ++axis) {
-        Sight::Mark mark = sight_.mark();
-        std::uint32_t plane;
-        PicturePolygon *piece = &pool(free), *next = &pool(free + 1);
-        bool inside = face_of(box, axis, plane, *piece);
-        for (std::size_t e = 0; e < edges.size() && inside && misses; ++e) {
-            LineRef line = edges[e];
-            switch (locate(sight_, line, *piece, sides)) {
-            case Place::outside: inside = false; break;
-            case Place::undecided: misses = false; break;
-            case Place::inside: break;
-            case Place::both:
-                misses = cut(sight_, line, *piece, sides, next, nullptr);
-                std::swap(piece, next);
-                break;
-            }
-        }
-        if (inside && misses)
-            misses = leaf_visibility(plane, *piece, occluder) == Visibility::invisible;
-        sight_.forget(mark);
-    }
-    return misses;
-}
-
-Visibility OcclusionTree::visibility_unsplit(const Box3d& box, LeafTest test) {
-    if (holds(box, sight_.eye()))
-        return Visibility::partial;
-    bool shows = false;
-    for (int axis = 0; axis < 3; ++axis) {
-        int b = (axis + 1) % 3, c = (axis + 2) % 3;
-        shows |= (sight_.eye()[axis] < box.min[axis] || sight_.eye()[axis] > box.max[axis]) &&
-                 box.min[b] < box.max[b] && box.min[c] < box.max[c];
-    }
-    if (!shows)
-        return Visibility::partial;
-    bool any = false;
-    Visibility all = Visibility::full;
-    unsplit_stack_.clear();
-    unsplit_stack_.push_back(root_);
-    while (!unsplit_stack_.empty()) {
-        Child child = unsplit_stack_.back();
-        unsplit_stack_.pop_back();
-        while (child >= 0) {
-            const Node& node = nodes_[static_cast<std::size_t>(child)];
-            ++planes_tested_;
-            Sight::Range range = sight_.line_range(node.line, box);
-            if (range.least >= 0) {
-                child = node.inside;
-            } else if (range.most <= 0) {
-                child = node.outside;
-            } else {
-                unsplit_stack_.push_back(node.outside);
-                child = node.inside;
-            }
-        }
-        Visibility here = Visibility::full;
-        if (child != kOut) {
-            const Fragment& fragment = fragments_[fragment_of(child)];
-            Sight::Range range = sight_.plane_range(fragment.plane, box);
-            if (range.most < 0)
-                here = Visibility::invisible;
-            else if (range.least < 0)
-                here = test == LeafTest::pyramid && misses_pyramid(box, fragment.plane, edges_of(fragment), 0) ? Visibility::invisible
-                                                                                 : Visibility::partial;
-        }
-        all = any ? combine(all, here) : here;
-        any = true;
-        if (all == Visibility::partial)
             break;
     }
     return all;

@@ -14,6 +14,7 @@ using namespace test;
 
 struct Counts {
     std::uint64_t boxes = 0, invisible = 0, partial = 0, full = 0, pyramid_invisible = 0, conservative_invisible = 0, from_reached = 0;
+    std::uint64_t extra_invisible = 0, hull_invisible = 0, ball_invisible = 0;
     std::uint64_t filtered = 0, exact = 0, undecided = 0;
 };
 
@@ -23,8 +24,8 @@ void compare(const Configuration& made, Counts& counts, const std::string& what)
     std::vector<std::uint32_t> all(made.set.polygons.size());
     std::iota(all.begin(), all.end(), 0u);
     TreeBuilder builder(occluders, std::uint32_t(all.size()) * 8 + 8);
-    OcclusionTreeLimits limits{1u << 12, 1u << 13, 1u << 11};
-    OcclusionTree plain(limits), modified(limits), any_order(limits);
+    constexpr OcclusionTreeLimits kLimits{1u << 12, 1u << 13, 1u << 11};
+    static OcclusionTree plain(kLimits), modified(kLimits), any_order(kLimits), extra(kLimits);
     plain.begin(made.eye, 10, TreeForm::plain);
     builder.insert(plain, all, TreeBuilder::Order::binary_space_partition);
     modified.begin(made.eye, 10, TreeForm::modified);
@@ -33,6 +34,9 @@ void compare(const Configuration& made, Counts& counts, const std::string& what)
     builder.insert(any_order, all, TreeBuilder::Order::as_given);
     ASSERT_FALSE(plain.ran_out() || modified.ran_out() || any_order.ran_out()) << what;
     ASSERT_LE(modified.node_count(), plain.node_count()) << what;
+    extra.begin(made.eye, 10, TreeForm::modified, ExtraNodes::at_sharp_angles);
+    builder.insert(extra, all, TreeBuilder::Order::binary_space_partition);
+    ASSERT_EQ(extra.node_count(), modified.node_count()) << what;
     auto shadows = shadows_of(made);
     for (const Box3d& box : made.boxes) {
         OracleAnswer truth = ask_oracle(box, made.eye, shadows);
@@ -67,6 +71,30 @@ void compare(const Configuration& made, Counts& counts, const std::string& what)
         }
         Visibility e = modified.visibility_unsplit(box, LeafTest::pyramid);
         Visibility c = modified.visibility_unsplit(box, LeafTest::conservative);
+        // Tests at inner nodes make it exact; extra nodes only help, and never too much.
+        for (OcclusionTree* tree : {&plain, &modified, &any_order}) {
+            Visibility exact = tree->visibility_unsplit(box, LeafTest::pyramid, InnerTest::region);
+            ASSERT_TRUE(tree == &any_order ? exact != Visibility::invisible || invisible : exact == truth.visibility)
+                << what << " " << int(exact) << " for " << int(truth.visibility);
+        }
+        Visibility better = extra.visibility_unsplit(box, LeafTest::pyramid);
+        ASSERT_TRUE(better != Visibility::invisible || invisible) << what;
+        ASSERT_TRUE(better == Visibility::invisible || e != Visibility::invisible) << what;
+        counts.extra_invisible += better == Visibility::invisible;
+        // Other shapes: the corners of the box, and balls within and around it.
+        Vec3d corners[8];
+        for (int k = 0; k < 8; ++k)
+            corners[k] = {k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z};
+        Ball ball{box.centre(), length(box.size()) / 2 * (1 + 1e-12)};
+        bool hull_hidden = modified.visibility_unsplit(std::span<const Vec3d>(corners)) == Visibility::invisible;
+        bool ball_hidden = modified.visibility_unsplit(ball) == Visibility::invisible;
+        if (truth.has_faces) {
+            ASSERT_TRUE(!hull_hidden || invisible) << what;
+            ASSERT_TRUE(!ball_hidden || invisible) << what;
+        }
+        ASSERT_TRUE(!ball_hidden || hull_hidden) << what;
+        counts.hull_invisible += hull_hidden && invisible;
+        counts.ball_invisible += ball_hidden;
         counts.pyramid_invisible += e == Visibility::invisible;
         counts.conservative_invisible += c == Visibility::invisible;
         if (e == Visibility::invisible) {
@@ -96,11 +124,13 @@ void random_round(std::uint64_t seed, std::uint64_t trial, Counts& counts) {
 }
 
 void print(const Counts& counts) {
-    std::printf("%llu boxes: %llu invisible, %llu partial, %llu full; unsplit: E hides %llu, C %llu; from what others reached %llu; signs: %llu filtered, "
+    std::printf("%llu boxes: %llu invisible, %llu partial, %llu full; unsplit: E hides %llu, with extra nodes %llu, C %llu, as hulls %llu, as balls %llu; from what others reached %llu; signs: %llu filtered, "
                 "%llu exact, %llu undecided\n",
                 (unsigned long long)counts.boxes, (unsigned long long)counts.invisible,
                 (unsigned long long)counts.partial, (unsigned long long)counts.full,
-                (unsigned long long)counts.pyramid_invisible, (unsigned long long)counts.conservative_invisible, (unsigned long long)counts.from_reached,
+                (unsigned long long)counts.pyramid_invisible, (unsigned long long)counts.extra_invisible,
+                (unsigned long long)counts.conservative_invisible, (unsigned long long)counts.hull_invisible,
+                (unsigned long long)counts.ball_invisible, (unsigned long long)counts.from_reached,
                 (unsigned long long)counts.filtered, (unsigned long long)counts.exact,
                 (unsigned long long)counts.undecided);
 }
@@ -114,11 +144,14 @@ TEST(OcclusionTreeOracle, random_boxes_and_occluders) {
     EXPECT_GT(counts.partial * 10, counts.boxes);
     EXPECT_GT(counts.full * 20, counts.boxes);
     EXPECT_GT(counts.pyramid_invisible, counts.conservative_invisible);
+    EXPECT_GE(counts.extra_invisible, counts.pyramid_invisible);
+    EXPECT_GT(counts.hull_invisible * 2, counts.conservative_invisible);
+    EXPECT_GT(counts.ball_invisible, 20u);
     EXPECT_GT(counts.exact, 1000u) << "degenerate positions are meant to be among them";
     EXPECT_EQ(counts.undecided, 0u);
 }
 
-/// ANTUMBRA_SOAK=SECONDS compares for that long.
+/// ANTUMBRA_SOAK=SECONDS compares for that long, and prints its counts.
 TEST(OcclusionTreeOracle, soak) {
     const char* seconds = std::getenv("ANTUMBRA_SOAK");
     if (!seconds)
@@ -130,6 +163,15 @@ TEST(OcclusionTreeOracle, soak) {
     for (std::uint64_t trial = 0; std::chrono::steady_clock::now() < end && !HasFatalFailure(); ++trial)
         random_round(seed, trial, counts);
     print(counts);
+    // A row of bench/results/occlusion_tree_soak.csv.
+    std::printf("seed,boxes,invisible,partial,full,e,extra_nodes,c,hulls,balls,from_reached,signs_filtered,signs_exact,undecided,disagreements\n"
+                "%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%llu,%d\n",
+                (unsigned long long)seed, (unsigned long long)counts.boxes, (unsigned long long)counts.invisible,
+                (unsigned long long)counts.partial, (unsigned long long)counts.full, (unsigned long long)counts.pyramid_invisible,
+                (unsigned long long)counts.extra_invisible, (unsigned long long)counts.conservative_invisible,
+                (unsigned long long)counts.hull_invisible, (unsigned long long)counts.ball_invisible,
+                (unsigned long long)counts.from_reached, (unsigned long long)counts.filtered, (unsigned long long)counts.exact,
+                (unsigned long long)counts.undecided, HasFatalFailure() ? 1 : 0);
 }
 
 } // namespace

@@ -38,6 +38,8 @@ struct Run {
     std::uint32_t occluders;
     std::vector<std::string> methods;
     WalkResult result;
+    const char* variant = ""; ///< after the method's letters
+    OcclusionTreeOptions tree;
 };
 
 /// Means over the walk, as the paper's lines are.
@@ -75,13 +77,24 @@ std::string file_name(const Scene& scene) {
 }
 
 Result<std::vector<Run>> walk_all(const Scene& scene, const StudyOptions& options, const Job& job) {
-    std::vector<Run> runs{{8, {"tree-fme"}, {}},
-                          {16, {"tree-fme", "tree-fse", "tree-fmc"}, {}},
-                          {24, {"tree-fme", "tree-fse", "tree-fmc"}, {}},
-                          {32, {"tree-fme", "tree-fse", "planes", "tree"}, {}},
-                          {50, {"tree-fme"}, {}},
-                          {128, {"tree-fme", "tree-fse"}, {}},
-                          {256, {"tree-fme", "tree-fse"}, {}}};
+    std::vector<Run> runs{{8, {"tree-fme"}, {}, "", {}},
+                          {16, {"tree-fme", "tree-fse", "tree-fmc"}, {}, "", {}},
+                          {24, {"tree-fme", "tree-fse", "tree-fmc"}, {}, "", {}},
+                          {32, {"tree-fme", "tree-fse", "planes", "tree"}, {}, "", {}},
+                          {50, {"tree-fme"}, {}, "", {}},
+                          {128, {"tree-fme", "tree-fse"}, {}, "", {}},
+                          {256, {"tree-fme", "tree-fse"}, {}, "", {}}};
+    // What the paper leaves open or only sketches, one at a time.
+    auto variant = [&](const char* name, std::vector<std::string> methods, auto&& change) {
+        Run run{kFigureOccluders, std::move(methods), {}, name, {}};
+        change(run.tree);
+        runs.push_back(std::move(run));
+    };
+    variant(", V of the view", {"tree-fme"}, [](OcclusionTreeOptions& tree) { tree.area_angle = AreaAngle::viewing_direction; });
+    variant(", tests at inner nodes", {"tree-fme"}, [](OcclusionTreeOptions& tree) { tree.inner_tests = true; });
+    variant(", extra nodes", {"tree-fme", "tree-fmc"}, [](OcclusionTreeOptions& tree) { tree.extra_nodes = true; });
+    variant(", no marks", {"tree-fme"}, [](OcclusionTreeOptions& tree) { tree.retest = Retest::always; });
+    variant(" from the deepest node", {"tree"}, [](OcclusionTreeOptions& tree) { tree.start = TreeStart::deepest_node; });
     std::span<const View> path = options.path.subspan(0, std::min(kMostFrames, options.path.size()));
     for (Run& run : runs) {
         WalkOptions walk_options;
@@ -92,6 +105,7 @@ Result<std::vector<Run>> walk_all(const Scene& scene, const StudyOptions& option
         walk_options.repeat = options.repeat;
         walk_options.draw = options.draw;
         walk_options.occluders = run.occluders;
+        walk_options.tree = run.tree;
         walk_options.snapshot_bytes = 0;
         Result<WalkResult> result = walk(scene, path, walk_options, job);
         if (!result)
@@ -105,7 +119,8 @@ StudyTable table2(const Scene& scene, const std::vector<Run>& runs) {
     StudyTable table;
     table.title = "Results of hierarchical visibility culling (table 2)";
     table.note = "Means per frame. F: view frustum alone, over the same kd-tree; S: faces split exactly; M: without splitting; "
-                 "E, C: with and without a test at leaves; nodes with fewer than 50 polygons are not tested. Overhead: culling time "
+                 "E, C: with and without a test at leaves; V of the view: area-angle as printed, with the viewing direction "
+                 "in place of the line of sight; nodes with fewer than 50 polygons are not tested. Overhead: culling time "
                  "beyond that of F. Speed-up: of the frame over F's. “Pixels lost” over the whole walk must be 0.";
     table.columns = {{"scene", "", 0},  {"method", "", 0},   {"occluders", "", 0},   {"rendered polygons", "", 0},
                      {"of F", "%", 1},  {"overhead", "ms", 3}, {"frame", "ms", 2},   {"speed-up", "", 2},
@@ -125,7 +140,7 @@ StudyTable table2(const Scene& scene, const std::vector<Run>& runs) {
         auto add = [&](const std::string& method, bool reference) {
             Means means = means_of(run.result, method);
             table.rows.push_back({StudyOrigin::ours,
-                                  {file_name(scene), letters_of(method),
+                                  {file_name(scene), letters_of(method) + std::string(run.variant),
                                    reference ? StudyCell() : StudyCell(double(run.occluders)), means.polygons,
                                    100 * means.polygons / std::max(1.0, frustum.polygons),
                                    reference ? StudyCell() : StudyCell(means.cull - frustum.cull),
