@@ -201,7 +201,7 @@ struct OcclusionTreeOptions {
     std::uint32_t minimum_object_cost = 0;
     /// `tree`: what it is worth to leave out an object besides its triangles, in shadow planes tested (some 50 ns each). Boxes
     /// are tested where that is expected to pay; infinity: always.
-    double object_worth = 192;
+    double object_worth = 256;
     Retest retest = Retest::when_unmarked;
     /// `tree-fme`, `tree-fmc`: intersection tests at inner nodes of the occlusion tree too, which make FME exact; and extra nodes
     /// where shadow planes meet at a sharp angle. The paper sketches both (6.2, 9).

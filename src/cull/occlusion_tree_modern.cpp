@@ -104,8 +104,11 @@ class ModernTree final : public Culler {
 
     /// Around the picture, by a little more than what rounding can do: boxes need to be hidden only as far as they are in view.
     std::array<Vec3d, 4> window_of(const Camera& camera) const {
-        double distance = std::max(size_, length(camera.eye)), grown = 1 + 1e-6 + 4 * camera.turn;
-        Vec3d right = camera.right * (camera.half_width * grown), up = camera.up * (camera.half_height * grown);
+        double distance = std::max(size_, length(camera.eye));
+        double rounding = (1e-13 + 4 * camera.turn) *
+                          (1 + camera.half_width * camera.half_width + camera.half_height * camera.half_height);
+        Vec3d right = camera.right * (camera.half_width * (1 + 1e-6) + rounding);
+        Vec3d up = camera.up * (camera.half_height * (1 + 1e-6) + rounding);
         auto at = [&](double x, double y) { return camera.eye + (camera.forward + right * x + up * y) * distance; };
         return {at(-1, 1), at(1, 1), at(1, -1), at(-1, -1)};
     }

@@ -217,16 +217,26 @@ int TreeBuilder::place(OcclusionTree& tree, const Item& item, std::uint32_t spli
     return place;
 }
 
+/// As place(), where doubles decide; corners that they leave open do not count.
+int TreeBuilder::rough_place(OcclusionTree& tree, const Item& item, std::uint32_t splitter) const {
+    if (item.plane == splitter)
+        return 0;
+    Sight& sight = tree.sight();
+    Sight::Mark mark = sight.mark();
+    SideMasks farther = sight.certain_sides(sight.add_meeting(item.plane, splitter), item.picture);
+    sight.forget(mark);
+    return (farther.negative ? 1 : 0) | (farther.positive ? 2 : 0);
+}
+
 /// The candidate among the items segments_[first ..] that splits the fewest others.
 std::uint32_t TreeBuilder::best_splitter(OcclusionTree& tree, std::uint32_t first) {
     auto count = static_cast<std::uint32_t>(segments_.size()) - first;
-    signed char sides[PicturePolygon::kMost];
     std::uint32_t best = first, fewest = 0xFFFFFFFFu;
     for (int c = 0; c < kCandidates && fewest > 0; ++c) {
         std::uint32_t candidate = first + count * static_cast<std::uint32_t>(c) / kCandidates;
         std::uint32_t splits = 0;
         for (std::uint32_t i = first; i < first + count && splits < fewest; ++i)
-            splits += place(tree, items_[segments_[i]], items_[segments_[candidate]].plane, sides) == 3;
+            splits += rough_place(tree, items_[segments_[i]], items_[segments_[candidate]].plane) == 3;
         if (splits < fewest) {
             fewest = splits;
             best = candidate;

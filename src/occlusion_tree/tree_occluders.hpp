@@ -48,6 +48,7 @@ class TreeBuilder {
     bool split(OcclusionTree& tree, std::uint32_t item, std::uint32_t splitter, const signed char* sides);
     void insert_front_to_back(OcclusionTree& tree, std::uint32_t first);
     int place(OcclusionTree& tree, const Item& item, std::uint32_t splitter, signed char* sides) const;
+    int rough_place(OcclusionTree& tree, const Item& item, std::uint32_t splitter) const;
     std::uint32_t best_splitter(OcclusionTree& tree, std::uint32_t first);
 
     const TreeOccluders& occluders_;

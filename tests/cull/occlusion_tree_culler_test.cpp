@@ -1,5 +1,7 @@
 // Laws of the methods with occlusion trees. That they lose nothing is for occlusion_proof_test and safety_test.
 #include "cull/proof.hpp"
+
+#include <limits>
 #include "support/count_allocations.hpp"
 
 namespace antumbra {
@@ -66,6 +68,76 @@ TEST(OcclusionTreeCuller, tree_never_reports_what_planes_hides) {
         }
     }
     EXPECT_GT(by_tree, 0u) << "the tree adds nothing: the law says little";
+}
+
+/// The exact tree in object space against pixels that are counted only where they are wholly covered: with the same occluders
+/// it hides whatever they hide.
+TEST(OcclusionTreeCuller, tree_hides_what_masked_hides_with_the_same_occluders) {
+    CullerOptions options;
+    options.occluders = options.polygon_budget = 512; // all that there are
+    options.pixels_per_polygon = 0;
+    options.tree.object_worth = std::numeric_limits<double>::infinity();
+    std::uint64_t masked_sum = 0, tree_sum = 0, frames = 0;
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        Stage stage = soup(500 + seed, 90);
+        ASSERT_LT(stage.cull_scene.data().occluders.polygons.size(), 512u);
+        for (const View& view : stroll(seed, 6)) {
+            CullerOptions planes = options;
+            planes.occluders = 64;
+            ViewState a, b; // fresh: what was hidden before says nothing
+            CullResult masked, tree;
+            make("masked", stage, planes)->cull(view, a, masked);
+            make("tree", stage, options)->cull(view, b, tree);
+            ASSERT_TRUE(is_subset(tree, masked)) << "seed " << seed;
+            masked_sum += masked.visible_count;
+            tree_sum += tree.visible_count;
+            ++frames;
+        }
+    }
+    EXPECT_LT(tree_sum, masked_sum) << "over " << frames << " frames";
+}
+
+/// Starting at the leaves that a parent reached, or at the deepest node, is a matter of speed alone.
+TEST(OcclusionTreeCuller, the_start_changes_no_answer) {
+    CullerOptions reached = thorough(), deepest = thorough();
+    reached.tree.object_worth = deepest.tree.object_worth = std::numeric_limits<double>::infinity();
+    deepest.tree.start = TreeStart::deepest_node;
+    std::uint64_t hidden = 0;
+    for (std::uint64_t seed = 0; seed < 6; ++seed) {
+        Stage stage = soup(600 + seed, 150);
+        auto a = make("tree", stage, reached), b = make("tree", stage, deepest);
+        for (const View& view : stroll(seed, 10)) {
+            ViewState fresh_a, fresh_b;
+            CullResult first, second;
+            a->cull(view, fresh_a, first);
+            b->cull(view, fresh_b, second);
+            ASSERT_EQ(first.visible, second.visible) << "seed " << seed;
+            hidden += first.counters.hidden_by_tree;
+        }
+    }
+    EXPECT_GT(hidden, 50u);
+}
+
+TEST(OcclusionTreeCuller, tests_at_inner_nodes_make_fme_hide_what_fse_hides) {
+    std::uint64_t more = 0;
+    for (std::uint64_t seed = 0; seed < 12; ++seed) {
+        Stage stage = soup(700 + seed);
+        CullerOptions inner = thorough(), extra = thorough();
+        inner.tree.inner_tests = true;
+        extra.tree.extra_nodes = true;
+        for (const View& view : stroll(seed, 2)) {
+            CullResult fse, fme, exact, sharp;
+            ViewState states[4];
+            make("tree-fse", stage, thorough())->cull(view, states[0], fse);
+            make("tree-fme", stage, thorough())->cull(view, states[1], fme);
+            make("tree-fme", stage, inner)->cull(view, states[2], exact);
+            make("tree-fme", stage, extra)->cull(view, states[3], sharp);
+            ASSERT_EQ(exact.visible, fse.visible) << "seed " << seed;
+            ASSERT_TRUE(is_subset(fse, sharp) && is_subset(sharp, fme)) << "seed " << seed;
+            more += fme.visible_count - exact.visible_count;
+        }
+    }
+    EXPECT_GT(more, 0u);
 }
 
 TEST(OcclusionTreeCuller, exact_hides_most_then_the_pyramid_test_then_none) {

@@ -8,6 +8,8 @@
 
 #include <gmpxx.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -30,8 +32,30 @@ using Loop = std::vector<Point>;
 
 struct HalfSpace {
     Point normal, at;
+    double n[3] = {0, 0, 0}, offset = 0; ///< rounded, see is_far_outside()
     Number value(const Point& p) const { return dot(normal, minus(p, at)); }
+    void round() {
+        for (int i = 0; i < 3; ++i)
+            n[i] = normal[i].get_d();
+        offset = dot(normal, at).get_d();
+    }
 };
+
+/// Beyond the plane by far more than doubles can be wrong: then the shadow takes nothing, and no rational number is needed to
+/// say so. That is so for most pairs.
+inline bool is_far_outside(const Loop& polygon, const HalfSpace& plane) {
+    for (const Point& p : polygon) {
+        double sum = -plane.offset, size = std::abs(plane.offset);
+        for (int i = 0; i < 3; ++i) {
+            double product = plane.n[i] * p[i].get_d();
+            sum += product;
+            size += std::abs(product);
+        }
+        if (!(sum < -1e-9 * size))
+            return false;
+    }
+    return true;
+}
 
 /// The part with sign * value >= 0; empty unless some corner is strictly there.
 inline Loop part(const Loop& polygon, const HalfSpace& plane, int sign) {
@@ -81,6 +105,8 @@ inline std::optional<std::vector<HalfSpace>> shadow_of(const Loop& loop, bool do
         plane.normal = {plane.normal.x * sign, plane.normal.y * sign, plane.normal.z * sign};
         shadow.push_back(plane);
     }
+    for (HalfSpace& plane : shadow)
+        plane.round();
     return shadow;
 }
 
@@ -113,6 +139,10 @@ inline OracleAnswer ask_oracle(const Box3d& box, const Vec3d& eye, const std::ve
         for (const std::vector<HalfSpace>& shadow : shadows) {
             std::vector<Loop> left;
             for (Loop& piece : pieces) {
+                if (std::any_of(shadow.begin(), shadow.end(), [&](const HalfSpace& plane) { return is_far_outside(piece, plane); })) {
+                    left.push_back(std::move(piece));
+                    continue;
+                }
                 Loop rest = piece;
                 std::vector<Loop> outer;
                 for (const HalfSpace& plane : shadow) {
