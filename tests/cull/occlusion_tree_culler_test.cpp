@@ -1,8 +1,10 @@
 // Laws of the methods with occlusion trees. That they lose nothing is for occlusion_proof_test and safety_test.
 #include "cull/proof.hpp"
 
-#include <limits>
+#include "cull/scene_data.hpp"
 #include "support/count_allocations.hpp"
+
+#include <limits>
 
 namespace antumbra {
 namespace {
@@ -79,7 +81,7 @@ TEST(OcclusionTreeCuller, tree_hides_what_masked_hides_with_the_same_occluders) 
     options.tree.object_worth = std::numeric_limits<double>::infinity();
     std::uint64_t masked_sum = 0, tree_sum = 0, frames = 0;
     for (std::uint64_t seed = 0; seed < 12; ++seed) {
-        Stage stage = soup(500 + seed, 90);
+        Stage stage = soup(500 + seed, 60);
         ASSERT_LT(stage.cull_scene.data().occluders.polygons.size(), 512u);
         for (const View& view : stroll(seed, 6)) {
             CullerOptions planes = options;
