@@ -45,6 +45,7 @@ Status corrupt(const char* chunk, const char* what) {
             std::string("chunk '") + chunk + "': " + what + "; the file is damaged, prepare it again"};
 }
 
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY
 /// Whoever uses a set relies on that: see OccluderSetsOptions.
 bool may_be_in_sets(const OccluderPolygon& polygon) { return polygon.count <= OccluderSetsOptions{}.most_corners; }
 
@@ -73,6 +74,7 @@ Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
     }
     return at == bytes.size() ? Status() : corrupt(kSets, "its size is wrong");
 }
+#endif
 
 Status decode_trees(std::span<const std::byte> bytes, CullScene::Data& data) {
     std::size_t at = 0;
@@ -160,10 +162,10 @@ Result<CullScene> CullScene::open(const Pvs& pvs) {
     } else {
         data->groups = find_convex_groups(data->occluders, kMostGroups);
     }
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY // nobody asks them there
     if (pvs.has_chunk(kSets))
         if (Status status = decode_sets(pvs.chunk(kSets), *data); !status)
             return status;
-#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY // nobody asks it there
     if (pvs.has_chunk(kMinimumSets)) {
         Result<OccluderDatabase> database =
             decode_occluder_database(pvs.chunk(kMinimumSets), data->occluders.polygons.size());
