@@ -199,7 +199,7 @@ StudyPlot along_walk(const WalkResult& result, bool polygons) {
 
 /// Overhead against k: less than linear in the paper.
 StudyPlot overhead_plot(const std::vector<Run>& runs) {
-    StudyPlot plot{"Overhead against the number of occluders", "occluders", "overhead, as a multiple of that at 16", true, true, {}};
+    StudyPlot plot{"Overhead against the number of occluders", "occluders", "overhead over that at 16", true, true, {}};
     auto add = [&](const char* label, StudyOrigin origin, auto&& value) {
         StudySeries series{label, origin, {}, {}};
         double first = value(16u);
