@@ -10,7 +10,7 @@ namespace antumbra::exact {
 namespace {
 
 constexpr std::size_t kMostEdges = 12;
-constexpr double kNearlyFlat = 0.97; ///< least cosine between the normals of a patch's triangles and its first one's
+constexpr double kNearlyFlat = 0.9999; ///< least cosine between the normals of a patch's triangles and its first one's
 
 Vec3d to_vector(const GridPoint& p) {
     return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
