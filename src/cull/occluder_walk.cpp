@@ -64,7 +64,7 @@ void OccluderWalk::push(const Frame& frame, const float (*min)[kWidth], const fl
     if (!testable && middle - reach > float(frame.screen.clip_depth)) // beside the screen
         return;
     if (leaf && patches.solid[patch] != kNoPolygon &&
-        to_double(frame.scene.occluders.solids[patches.solid[patch]].shell).overlaps(start_))
+        !frame.scene.occluders.solids[patches.solid[patch]].serves(start_))
         return;
     heap_.push_back({leaf ? middle + reach : middle - reach, child, planes, rect});
     std::push_heap(heap_.begin(), heap_.end());
