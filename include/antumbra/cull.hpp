@@ -245,7 +245,8 @@ enum class OpacityChoice : std::uint8_t {
 
 struct OpacityOptions {
     OpacityForm form = OpacityForm::modern;
-    OpacityChoice choice = OpacityChoice::by_gain; ///< the published and the pixel-wise form draw as listed
+    /// The published and the pixel-wise form always draw as listed. by_gain culls far more of cities, less of interiors.
+    OpacityChoice choice = OpacityChoice::as_listed;
     OpacityCoverage coverage = OpacityCoverage::inner;
     /// Pixels of the map, 8..2048, rounded up to multiples of 8. 0: 128 x 128 as published, or, in the modern form, 256
     /// across and square pixels.

@@ -129,6 +129,7 @@ class PoonWang {
         options.opacity.database = database;
         options.opacity.occluders = occluders;
         options.opacity.form = form;
+        options.opacity.choice = OpacityChoice::by_gain; // for the modern form; the scene is a city
         options.opacity.clock = seconds_now;
         options.opacity.object_seconds = view_seconds_;
         return options;
