@@ -85,8 +85,16 @@ int print_plan(const BakeArguments& arguments, const BakePlan& plan) {
     return 0;
 }
 
+/// Places of different objects that snapping moved apart.
+std::uint64_t opened_cracks(const Scene& scene) {
+    for (const Finding& finding : scene.findings())
+        if (finding.kind == kCrackOpened)
+            return finding.count;
+    return 0;
+}
+
 int print_result(const BakeArguments& arguments, const BakeResult& result, std::size_t bytes,
-                 std::uint64_t visibility_bytes) {
+                 std::uint64_t visibility_bytes, std::uint64_t opened_cracks) {
     const BakeStatistics& statistics = result.statistics;
     std::size_t objects = result.pvs.objects.size();
     double pairs = double(statistics.cells_baked) * double(objects);
@@ -95,6 +103,8 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         Json document;
         document["method"] = result.pvs.method;
         document["guarantee"] = to_string(result.pvs.guarantee);
+        document["crack_width"] = arguments.scene.crack_width;
+        document["cracks_opened_by_snapping"] = opened_cracks;
         static constexpr const char* granularities[] = {"object", "cluster", "triangle"};
         document["granularity"] = granularities[std::size_t(arguments.options.exact.granularity)];
         document["clusters"] = result.pvs.cluster_count();
@@ -135,7 +145,8 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         return 0;
     }
     bool exact = arguments.options.method == "exact";
-    fmt::print("guarantee  {}: {}\n", to_string(result.pvs.guarantee),
+    fmt::print("guarantee  {}{}: {}\n", to_string(result.pvs.guarantee),
+               arguments.scene.crack_width > 0 ? fmt::format(" for cracks closed up to {:g}", arguments.scene.crack_width) : "",
                !exact ? "what is listed is visible; what is missing is measured below"
                : statistics.exact.undecided ? "nothing is missing; some budgets ran out, see below"
                                             : "what is listed is visible from its cell, and nothing else is");
@@ -149,6 +160,8 @@ int print_result(const BakeArguments& arguments, const BakeResult& result, std::
         fmt::print("exact      {} boxes and {} triangles asked for, {} pairs found that the rays had missed, {} undecided\n",
                    statistics.exact.box_queries, statistics.exact.triangle_queries, statistics.exact.found_by_query,
                    statistics.exact.undecided);
+    if (opened_cracks > 0)
+        fmt::print("cracks     snapping moved {} places of different objects apart; --crack-width closes such cracks\n", opened_cracks);
     fmt::print("rays       {:.4g} million in {:.2f} s ({:.2f} CPU s)\n", double(statistics.rays) * 1e-6,
                statistics.seconds, statistics.cpu_seconds);
     fmt::print("file       {}, {} bytes; visibility alone {} bytes, {:.3f} bits per (cell, object) pair\n",
@@ -202,6 +215,7 @@ int run_bake(BakeArguments& arguments) {
         test.a = thresholds.a;
         test.b = thresholds.b;
     }
+    arguments.scene.count_cracks = true;
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());
@@ -234,7 +248,7 @@ int run_bake(BakeArguments& arguments) {
         return fail(status);
     if (result->statistics.cells_baked == 0)
         note("every cell lies inside matter; if the scene is inside out, try --sides both");
-    return print_result(arguments, *result, bytes->size(), written->visibility_bytes());
+    return print_result(arguments, *result, bytes->size(), written->visibility_bytes(), opened_cracks(*scene));
 }
 
 } // namespace

@@ -119,6 +119,10 @@ void SceneArguments::add_to(CLI::App& command) {
     command.add_option("--never-cull", never_cull, "Objects by name pattern that stay visible (* and ?)");
     command.add_option("--never-occlude", never_occlude, "Objects by name pattern that hide nothing");
     command.add_option("--ignore", ignore, "Objects by name pattern to leave out");
+    command.add_option("--crack-width", crack_width,
+                       "Close cracks up to so wide (scene units): answers are then those of the repaired scene, not for sight "
+                       "lines through such cracks")
+        ->check(CLI::NonNegativeNumber);
     command.add_option("--max-triangles", limits.triangles, "Refuse scenes with more triangles")
         ->capture_default_str();
     command.add_option("--max-bytes", limits.bytes, "Refuse files with more bytes")->capture_default_str();
@@ -133,6 +137,8 @@ Result<Scene> SceneArguments::load() const {
     scene_options.never_cull = never_cull;
     scene_options.never_occlude = never_occlude;
     scene_options.ignore = ignore;
+    scene_options.crack_width = crack_width;
+    scene_options.count_cracks = count_cracks;
     return load_scene(path, import_options, scene_options);
 }
 

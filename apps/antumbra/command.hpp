@@ -53,6 +53,8 @@ struct SceneArguments {
     std::string path;
     std::string sides = "material", up_axis = "y";
     std::vector<std::string> never_cull, never_occlude, ignore;
+    double crack_width = 0;
+    bool count_cracks = false; ///< for commands that tell of them
     ImportLimits limits;
     void add_to(CLI::App& command);
     Result<Scene> load() const;

@@ -1,6 +1,7 @@
 #include "command.hpp"
 
 #include <antumbra/compare.hpp>
+#include <antumbra/evaluate.hpp>
 
 #include <fmt/format.h>
 
@@ -69,8 +70,8 @@ void print_json(const CompareArguments& arguments, const Scene& scene, const Pvs
 
 void print_text(const CompareArguments& arguments, const Scene& scene, const Pvs& a, const Pvs& b,
                 const CompareResult& result) {
-    fmt::print("A          {} ({}, {}), {} cells\n", arguments.a, to_string(a.guarantee()), a.method(), result.a.cells);
-    fmt::print("B          {} ({}, {}), {} cells\n", arguments.b, to_string(b.guarantee()), b.method(), result.b.cells);
+    fmt::print("A          {} ({}, {}), {} cells\n", arguments.a, describe_guarantee(a), a.method(), result.a.cells);
+    fmt::print("B          {} ({}, {}), {} cells\n", arguments.b, describe_guarantee(b), b.method(), result.b.cells);
     if (result.same_cells)
         fmt::print("space      the same {} cells\n", result.pieces);
     else

@@ -2,6 +2,7 @@
 
 #include "base/file.hpp"
 
+#include <antumbra/evaluate.hpp>
 #include <antumbra/explain.hpp>
 
 #include <fmt/format.h>
@@ -12,7 +13,7 @@ namespace {
 struct ExplainArguments {
     Common common;
     SceneArguments scene;
-    std::string pvs, eye, object, glb;
+    std::string pvs, eye, object, glb, line_space;
     ExplainOptions options;
     bool no_proof = false;
 };
@@ -37,6 +38,17 @@ int draw_cell(const ExplainArguments& arguments, const Scene& scene, const Pvs& 
         fmt::print("{}: cell {} in yellow, {} objects that it lists in green, the other {} in red\n", arguments.glb,
                    cursor.cell, cursor.visible_count, scene.objects().size() - cursor.visible_count);
     return 0;
+}
+
+/// All unobstructed lines from the cell (where there is none, from the eye's own grid step) to the object.
+Status write_line_space(const ExplainArguments& arguments, const Scene& scene, const Explanation& explanation, const Job& job) {
+    LineSpaceOptions options;
+    options.seed = arguments.common.seed;
+    const SightAnswer& from = explanation.from_cell ? *explanation.from_cell : explanation.from_eye;
+    Result<std::string> document = line_space_in_json(scene, from.from, explanation.object, options, job);
+    if (!document)
+        return document.status().in(arguments.line_space);
+    return write_file_atomically(arguments.line_space, *document);
 }
 
 int run_explain(ExplainArguments& arguments) {
@@ -73,6 +85,11 @@ int run_explain(ExplainArguments& arguments) {
         if (Status status = write_file_atomically(arguments.glb, std::span<const std::byte>(*bytes)); !status)
             return fail(status);
     }
+    if (!arguments.line_space.empty())
+        if (Status status = write_line_space(arguments, *scene, *explanation, job); !status)
+            return fail(status);
+    if (crack_width(pvs) > 0 && !arguments.common.json)
+        fmt::print("The file is {}; so is this answer.\n", describe_guarantee(pvs));
     fmt::print("{}\n", arguments.common.json ? explain_in_json(*scene, *explanation)
                                              : explain_in_words(*scene, *explanation));
     return 0;
@@ -89,6 +106,8 @@ void add_explain(CLI::App& app) {
     command.add_option("--object", arguments->object, "The object, by name or number; without it --glb draws what the "
                                                           "whole cell sees (green) and does not (red)");
     command.add_option("--glb", arguments->glb, "Write the explanation as a drawing, to be looked at with the scene");
+    command.add_option("--line-space", arguments->line_space,
+                       "Write all unobstructed lines from the cell to the object, as pieces of line space (JSON)");
     command.add_option("--sight-lines", arguments->options.sight_lines, "Aimed at the object, from eye and cell each")
         ->check(CLI::Range(0, 1 << 24))
         ->capture_default_str();

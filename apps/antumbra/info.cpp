@@ -92,7 +92,8 @@ void print(const Scene& scene) {
         fmt::print("{:>10} {:<34} e.g. {}\n", finding.count, finding.kind, printable(finding.example));
 }
 
-int run_info(const InfoArguments& arguments) {
+int run_info(InfoArguments& arguments) {
+    arguments.scene.count_cracks = true;
     Result<Scene> scene = arguments.scene.load();
     if (!scene)
         return fail(scene.status());

@@ -4,6 +4,7 @@
 #include "evaluate/census.hpp"
 #include "pvs/chunks.hpp"
 
+#include <antumbra/evaluate.hpp>
 #include <antumbra/pvs.hpp>
 
 #include <fmt/format.h>
@@ -40,6 +41,7 @@ void print_as_json(const Pvs& pvs, const std::vector<Section>& sections, const C
     document["tool_version"] = std::string(pvs.tool_version());
     document["method"] = std::string(pvs.method());
     document["guarantee"] = to_string(pvs.guarantee());
+    document["crack_width"] = crack_width(pvs);
     document["coding"] = to_string(pvs.coding());
     document["volumes"] = pvs.volumes().cells();
     document["sides"] = pvs.sides() == 1 ? "both" : "material";
@@ -86,7 +88,7 @@ std::string box_text(const Box3d& box) {
 void print_as_text(const Pvs& pvs, const std::vector<Section>& sections, const Census& census, std::size_t worst) {
     const CellGrid& grid = pvs.grid();
     fmt::print("format       {}, written by Antumbra {}\n", format_version(), pvs.tool_version());
-    fmt::print("method       {}\nguarantee    {}\nsides        {}\n", pvs.method(), to_string(pvs.guarantee()),
+    fmt::print("method       {}\nguarantee    {}\nsides        {}\n", pvs.method(), describe_guarantee(pvs),
                pvs.sides() == 1 ? "both" : "material");
     fmt::print("scene        {}, structure {:016x}\n", hex(pvs.scene_fingerprint()), pvs.structure_fingerprint());
     fmt::print("options      {}\n", pvs.options_json());

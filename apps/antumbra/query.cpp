@@ -78,6 +78,10 @@ Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor, bool in_frustum)
     return may_lose_pixels(pvs.guarantee()) ? Guarantee::approximate : Guarantee::conservative;
 }
 
+std::string label(const Pvs& pvs, Guarantee guarantee) {
+    return guarantee == pvs.guarantee() ? describe_guarantee(pvs) : to_string(guarantee);
+}
+
 void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, bool json) {
     std::vector<std::uint32_t> ids = visible_ids(cursor);
     if (json) {
@@ -94,7 +98,7 @@ void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, 
         return;
     }
     fmt::print("cell       {}\n", cursor.cell < 0 ? "none" : std::to_string(cursor.cell));
-    fmt::print("guarantee  {}\nvisible    {} of {} objects\n", to_string(guarantee), ids.size(), pvs.object_count());
+    fmt::print("guarantee  {}\nvisible    {} of {} objects\n", label(pvs, guarantee), ids.size(), pvs.object_count());
     for (std::uint32_t id : ids) {
         PvsObject object = pvs.object(id);
         fmt::print("{:>8}  node {} primitive {} instance {}  {}\n", id, object.node, object.primitive, object.instance,

@@ -44,7 +44,7 @@ Json to_json(const Scene& scene, const Pvs& pvs, const VerifyResult& result) {
 
 void print_text(const Scene& scene, const Pvs& pvs, const VerifyResult& result) {
     double n = double(result.viewpoints);
-    fmt::print("guarantee        {}\n", to_string(pvs.guarantee()));
+    fmt::print("guarantee        {}\n", describe_guarantee(pvs));
     fmt::print("viewpoints       {}, {} pixels\n", result.viewpoints, result.pixels);
     fmt::print("false invisible  {} objects, {} pixels ({:.3g} of all)\n", result.false_invisible_objects,
                result.false_invisible_pixels, double(result.false_invisible_pixels) / double(result.pixels));
@@ -92,7 +92,7 @@ int run_certificates(const VerifyArguments& arguments, const Scene& scene, const
         document["first_problem"] = result->first_problem;
         print_json(document);
     } else {
-        fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
+        fmt::print("guarantee  {}\n", describe_guarantee(pvs));
         fmt::print("proved     {} pairs: {}\n", result->pairs, proofs_as_text(*result));
         fmt::print("rejected   {} proofs\n", result->rejected);
         fmt::print("the file   lists {} hidden objects and lacks {} visible ones\n", result->listed_but_hidden,
@@ -128,7 +128,7 @@ int run_stored_certificates(const VerifyArguments& arguments, const Scene& scene
         document["first_problem"] = result->first_problem;
         print_json(document);
     } else {
-        fmt::print("guarantee  {}\n", to_string(pvs.guarantee()));
+        fmt::print("guarantee  {}\n", describe_guarantee(pvs));
         fmt::print("stored     {}: all {} pairs of {} cells: {}\n", path, result->pairs, result->cells,
                    proofs_as_text(*result));
         fmt::print("rejected   {} proofs; {} pairs are listed otherwise\n", result->rejected, result->disagree);
@@ -166,7 +166,7 @@ int run_verify(VerifyArguments& arguments) {
     return fail({ErrorCode::internal,
                  fmt::format("{}: promises to be {}, but hides {} objects that {} confirmed pixels see; do not use the "
                              "file, and please report how it was baked",
-                             arguments.pvs, to_string(pvs.guarantee()), result->false_invisible_objects,
+                             arguments.pvs, describe_guarantee(pvs), result->false_invisible_objects,
                              result->false_invisible_pixels)});
 }
 

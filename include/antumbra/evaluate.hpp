@@ -23,6 +23,11 @@ namespace antumbra {
 /// baked, or this one before its geometry, flags or sides changed.
 Status check_belongs(const Scene& scene, const Pvs& pvs);
 
+/// The width of cracks that were closed in the scene before the bake (SceneOptions::crack_width), in scene units; 0: none.
+double crack_width(const Pvs& pvs);
+/// The guarantee in words for people: "exact", or "exact for cracks closed up to 0.01".
+std::string describe_guarantee(const Pvs& pvs);
+
 // -- verify: a .pvs against the truth ------------------------------------------------------------------------------
 
 struct VerifyOptions {

@@ -125,4 +125,17 @@ Result<std::vector<std::byte>> explain_as_glb(const Scene& scene, const Explanat
 /// together. ErrorCode::usage where no baked cell is, mismatch if the file belongs to another scene.
 Result<std::vector<std::byte>> cell_as_glb(const Scene& scene, const Pvs& pvs, const Vec3d& eye);
 
+struct LineSpaceOptions {
+    std::uint32_t most_triangles = 64; ///< objects of more are asked for by the faces of their box
+    std::uint32_t most_pieces = 2000;  ///< of one pair; beyond it the pair is "undecided"
+    std::uint64_t seed = 1;
+};
+
+/// The complete set of unobstructed lines from the faces of a cell (world) to an object, as convex pieces of line space with
+/// vertices and facets in whole numbers (docs/methods/exact.md, "The unobstructed complex"); method: the published form
+/// (Nirenstein, Blake, Gain 2002). A JSON document. ErrorCode::usage for an object without triangles or a cell far away.
+/// Cost: milliseconds to minutes a pair. A pure function of its arguments.
+Result<std::string> line_space_in_json(const Scene& scene, const Box3d& cell, std::uint32_t object,
+                                       const LineSpaceOptions& options = {}, const Job& job = {});
+
 } // namespace antumbra

@@ -53,6 +53,10 @@ struct Finding {
     std::string example;
 };
 
+/// Finding::kind of SceneOptions::count_cracks: two places of different objects that lay nearer than half a grid step along
+/// every axis before snapping, and are apart after it.
+inline constexpr const char* kCrackOpened = "crack opened by snapping";
+
 /// What importers and generators produce: untrusted until Scene::create has looked at it.
 struct RawScene {
     std::string source; ///< file name or generator call, for messages
@@ -71,13 +75,18 @@ struct SceneOptions {
     SidesOption sides = SidesOption::material;
     /// Shell-like patterns (`*`, `?`) over object names.
     std::vector<std::string> never_cull, never_occlude, ignore;
+    /// Close cracks up to so wide (scene units) between triangles that hide others; 0: take the scene as it is. What is
+    /// said of the scene then holds for the repaired one: not for sight lines through such cracks.
+    double crack_width = 0;
+    /// Count the cracks that snapping opens between objects, as a finding. O(n log n).
+    bool count_cracks = false;
 };
 
 struct Object {
     ObjectId id;
     std::uint32_t flags = 0;
     std::uint32_t first_triangle = 0; ///< into Scene::triangles()
-    std::uint32_t triangle_count = 0; ///< triangles that are left after snapping
+    std::uint32_t triangle_count = 0; ///< triangles that are left after snapping, and those that close cracks behind them
     std::uint32_t source_triangles = 0; ///< triangles in the file, degenerate ones included
     Box3f bounds;                     ///< local; holds the unsnapped positions too (grown by one grid step)
 
@@ -115,6 +124,7 @@ class Scene {
     std::span<const std::uint32_t> triangle_objects() const { return triangle_objects_; }
     std::string_view name(std::uint32_t object) const { return names_[object]; }
     SidesOption sides() const { return sides_; }
+    double crack_width() const { return crack_width_; } ///< SceneOptions::crack_width
 
     Vec3d vertex(std::uint32_t triangle, int corner) const {
         return to_double(positions_[triangles_[triangle][static_cast<std::size_t>(corner)]]);
@@ -132,11 +142,13 @@ class Scene {
 
   private:
     Scene() = default;
+    Status close_cracks(double width);
     std::string source_;
     Vec3d origin_;
     double step_ = 1;
     Box3f bounds_;
     SidesOption sides_ = SidesOption::material;
+    double crack_width_ = 0;
     std::vector<Vec3f> positions_;
     std::vector<TriangleIndices> triangles_;
     std::vector<std::uint32_t> triangle_objects_;

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Everything that the result depends on besides the scene, as text: goes into the file and names the checkpoint.
-Json describe(const BakeOptions& options, const CellGrid& grid) {
+Json describe(const Scene& scene, const BakeOptions& options, const CellGrid& grid) {
     Json json;
     json["method"] = options.method;
     const ViewTreeOptions& tree = options.tree;
@@ -47,6 +47,11 @@ Json describe(const BakeOptions& options, const CellGrid& grid) {
         if (tree.subdivision == Subdivision::grid)
             json["block"] = options.exact.block;
     }
+    if (scene.crack_width() > 0)
+        json["crack_width"] = scene.crack_width();
+    for (const Finding& finding : scene.findings())
+        if (finding.kind == kCrackOpened)
+            json["cracks_opened_by_snapping"] = finding.count;
     json["holdout_rays_per_cell"] = options.holdout_rays;
     if (options.volumes[0])
         json["volumes"] = options.volumes;
@@ -113,7 +118,7 @@ void count_all(BakeStatistics& statistics, std::span<const RegionSample> samples
 
 /// What the file says of how it was made: counts only, which are the same on every machine. In a part of a bake, options
 /// and counts apart: merge_parts() adds the counts up.
-std::string options_json(const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics,
+std::string options_json(const Scene& scene, const BakeOptions& options, const CellGrid& grid, const BakeStatistics& statistics,
                          std::uint64_t plan) {
     Json counts;
     counts["rays"] = statistics.rays;
@@ -132,13 +137,13 @@ std::string options_json(const BakeOptions& options, const CellGrid& grid, const
                          {"effective_occluders", statistics.exact.effective_occluders},
                          {"queries_with_occluders", statistics.exact.queries_with_occluders},
                          {"most_effective", statistics.exact.most_effective}};
-    return describe_part({options.shard, plan, describe(options, grid), counts});
+    return describe_part({options.shard, plan, describe(scene, options, grid), counts});
 }
 
 } // namespace
 
 std::string checkpoint_key(const Scene& scene, const BakeOptions& options, const CellGrid& grid, const std::string& cells) {
-    Json json = describe(options, grid);
+    Json json = describe(scene, options, grid);
     json["scene"] = to_hex(scene.fingerprint());
     for (int k = 0; k < 3; ++k) {
         json["min"].push_back(std::bit_cast<std::uint64_t>(grid.bounds.min[k]));
@@ -181,7 +186,7 @@ Assembled assemble(const SamplingScene& shared, const ExactCells* exact, const E
         pvs.cluster_first = exact->cluster_first();
     }
     pvs.volumes = shared.volumes().grid();
-    pvs.options_json = options_json(options, grid, statistics, plan);
+    pvs.options_json = options_json(scene, options, grid, statistics, plan);
     made.row_of = fill_rows(pvs, samples);
     return made;
 }

@@ -42,13 +42,6 @@ struct Side {
     bool lists_all_visible() const { return !may_lose_pixels(pvs.guarantee()); }
 };
 
-double crack_width_of(const Pvs& pvs) {
-    nlohmann::json options = nlohmann::json::parse(pvs.options_json(), nullptr, false);
-    return options.is_object() && options.contains("crack_width") && options["crack_width"].is_number()
-               ? options["crack_width"].get<double>()
-               : 0;
-}
-
 /// Does `outer` hold `inner`? Corners of baked grids are whole steps of the scene, which rounding hides.
 bool holds(const Box3d& outer, const Box3d& inner, double tolerance) {
     for (int k = 0; k < 3; ++k)
@@ -60,8 +53,8 @@ bool holds(const Box3d& outer, const Box3d& inner, double tolerance) {
 class Comparison {
   public:
     Comparison(const Scene& scene, const Pvs& a, const Pvs& b, const CompareOptions& options)
-        : scene_(scene), options_(options), a_{a, spatial_cells(a), crack_width_of(a)},
-          b_{b, spatial_cells(b), crack_width_of(b)}, words_((scene.objects().size() + 63) / 64),
+        : scene_(scene), options_(options), a_{a, spatial_cells(a), antumbra::crack_width(a)},
+          b_{b, spatial_cells(b), antumbra::crack_width(b)}, words_((scene.objects().size() + 63) / 64),
           counted_(words_, 0), objects_(scene.objects().size()) {
         for (std::uint32_t o = 0; o < scene.objects().size(); ++o)
             if (!scene.objects()[o].has(kAlwaysVisible))

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <bit>
 #include <map>
+#include <cstdio>
 #include <mutex>
+#include <nlohmann/json.hpp>
 
 namespace antumbra {
 namespace {
@@ -155,7 +157,30 @@ void keep_worst(std::vector<FalseInvisible>& worst, std::uint32_t count) {
 
 } // namespace
 
+double crack_width(const Pvs& pvs) {
+    nlohmann::json options = nlohmann::json::parse(pvs.options_json(), nullptr, false);
+    if (options.is_object() && options.contains("options")) // a part of a bake
+        options = nlohmann::json(options["options"]);
+    return options.is_object() && options.contains("crack_width") && options["crack_width"].is_number()
+               ? options["crack_width"].get<double>()
+               : 0;
+}
+
+std::string describe_guarantee(const Pvs& pvs) {
+    double width = crack_width(pvs);
+    char text[64] = "";
+    if (width > 0)
+        std::snprintf(text, sizeof text, " for cracks closed up to %g", width);
+    return to_string(pvs.guarantee()) + std::string(text);
+}
+
 Status check_belongs(const Scene& scene, const Pvs& pvs) {
+    if (crack_width(pvs) != scene.crack_width()) {
+        char text[128];
+        std::snprintf(text, sizeof text, "was baked with --crack-width %g, the scene is read with %g; give the same",
+                      crack_width(pvs), scene.crack_width());
+        return {ErrorCode::mismatch, text};
+    }
     if (pvs.scene_fingerprint() == scene.fingerprint() && pvs.object_count() == scene.objects().size())
         return {};
     if (pvs.structure_fingerprint() != scene.structure_fingerprint() || pvs.object_count() != scene.objects().size())

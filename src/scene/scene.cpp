@@ -1,5 +1,7 @@
 #include <antumbra/scene.hpp>
 
+#include "scene/cracks.hpp"
+
 #include <cmath>
 #include <fnmatch.h>
 #include <new>
@@ -173,9 +175,49 @@ Box3d Scene::world_bounds() const {
     return {to_world(to_double(bounds_.min)), to_world(to_double(bounds_.max))};
 }
 
+/// Moves and adds triangles so that nothing gapes by less than `width`, and tells of it.
+Status Scene::close_cracks(double width) {
+    GridMesh mesh;
+    for (const Vec3f& p : positions_)
+        mesh.positions.push_back(to_double(p) * (1 / step_)); // exact: a power of two
+    mesh.triangles = triangles_;
+    mesh.object_of = triangle_objects_;
+    std::vector<bool> occludes;
+    for (const Object& object : objects_)
+        occludes.push_back(object.has(kOccludes));
+    Result<CrackClosing> closed = antumbra::close_cracks(mesh, occludes, width / step_);
+    if (!closed)
+        return closed.status();
+    for (std::size_t v = 0; v < positions_.size(); ++v)
+        for (int k = 0; k < 3; ++k)
+            positions_[v][k] = static_cast<float>(mesh.positions[v][k] * step_);
+    triangles_ = std::move(mesh.triangles);
+    triangle_objects_ = std::move(mesh.object_of);
+    for (Object& object : objects_)
+        object.triangle_count = 0;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+        Object& object = objects_[triangle_objects_[t]];
+        ++object.triangle_count;
+        for (std::uint32_t corner : triangles_[t])
+            object.bounds.extend(positions_[corner]);
+    }
+    std::uint32_t next = 0;
+    for (Object& object : objects_) {
+        object.first_triangle = next;
+        next += object.triangle_count;
+    }
+    if (closed->moved > 0)
+        findings_.push_back({"corner moved to close a crack", closed->moved, ""});
+    if (closed->seals > 0)
+        findings_.push_back({"triangle added to close a crack", closed->seals, ""});
+    return {};
+}
+
 Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
     if (Status status = check_ranges(raw); !status)
         return status;
+    if (!(options.crack_width >= 0 && std::isfinite(options.crack_width)))
+        return error_in(raw, ErrorCode::usage, "--crack-width wants a number of scene units, 0 or more");
     std::vector<bool> kept(raw.objects.size());
     for (std::size_t o = 0; o < raw.objects.size(); ++o)
         kept[o] = !matches(options.ignore, raw.objects[o].name);
@@ -192,7 +234,9 @@ Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
     scene.findings_ = std::move(raw.findings);
     scene.triangles_.reserve(raw.triangles.size());
     scene.triangle_objects_.reserve(raw.triangles.size());
+    scene.crack_width_ = options.crack_width;
     std::vector<std::uint32_t> vertex_map(raw.positions.size(), kUnused);
+    std::vector<SnappedPoint> snapped;
     for (std::size_t o = 0; o < raw.objects.size(); ++o) {
         RawObject& source = raw.objects[o];
         if (!kept[o]) {
@@ -221,6 +265,10 @@ Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
             }
             TriangleIndices triangle;
             for (std::size_t c = 0; c < 3; ++c) {
+                if (options.count_cracks)
+                    snapped.push_back({(raw.positions[raw_triangle[c]] - grid.origin) * (1 / grid.step),
+                                       to_double(corners[c]) * (1 / grid.step),
+                                       static_cast<std::uint32_t>(scene.objects_.size())});
                 std::uint32_t& mapped = vertex_map[raw_triangle[c]];
                 if (mapped == kUnused) {
                     mapped = static_cast<std::uint32_t>(scene.positions_.size());
@@ -247,6 +295,14 @@ Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
     }
     if (scene.triangles_.empty())
         return error_in(raw, ErrorCode::corrupt, "no triangle of the scene has an area; nothing can be seen in it");
+
+    if (options.count_cracks)
+        if (OpenedCracks cracks = count_opened_cracks(std::move(snapped)); cracks.count > 0)
+            scene.findings_.push_back({kCrackOpened, cracks.count,
+                                       "between '" + scene.names_[cracks.a] + "' and '" + scene.names_[cracks.b] + "'"});
+    if (options.crack_width > 0)
+        if (Status status = scene.close_cracks(options.crack_width); !status)
+            return status.in(raw.source);
 
     XXH3_state_t* state = XXH3_createState();
     XXH3_128bits_reset(state);

@@ -26,8 +26,7 @@ struct Proved {
         }
         return maker.scene();
     }
-    explicit Proved(const char* method = "exact") {
-        BakeOptions options;
+    explicit Proved(const char* method = "exact", BakeOptions options = {}) {
         options.method = method;
         options.cells = {3, 1, 2};
         options.rays_per_cell = 300;
@@ -60,6 +59,42 @@ TEST(CertificateFile, HoldsAProofForEveryPairThatTheVerifierAccepts) {
     EXPECT_GT(checked->visible, 10u);
     EXPECT_GT(checked->hidden, 15u);
     EXPECT_GT(checked->by_definition, 3u);
+}
+
+/// Files that list clusters or triangles, and files whose cells are boxes or the leaves of an adaptive tree.
+TEST(CertificateFile, SpeaksOfClustersTrianglesAndCellsOfEveryKind) {
+    for (int kind = 0; kind < 4; ++kind) {
+        BakeOptions options;
+        if (kind == 0 || kind == 3) {
+            options.exact.granularity = Granularity::cluster;
+            options.exact.cluster_triangles = 5;
+        }
+        if (kind == 1)
+            options.exact.granularity = Granularity::triangle;
+        if (kind == 2) {
+            options.tree.subdivision = Subdivision::boxes;
+            options.where = {{{-2, 0.5, -2}, {-1, 1.5, 2}}, {{4.1, 0.5, -3}, {6, 1.5, -1}}};
+        }
+        if (kind == 3) {
+            options.tree.subdivision = Subdivision::spatial;
+            options.tree.min_extent = 0.25;
+        }
+        Proved proved("exact", options);
+        Result<CertificateFileResult> checked = proved.check(proved.proof);
+        ASSERT_TRUE(checked) << kind << ": " << checked.status().message();
+        EXPECT_EQ(checked->first_problem, "") << kind;
+        EXPECT_EQ(checked->rejected + checked->disagree + checked->undecided, 0u) << kind;
+        std::uint64_t units = proved.pvs->cluster_count() ? proved.pvs->cluster_count() : 12;
+        EXPECT_EQ(checked->pairs, checked->cells * units) << kind;
+        EXPECT_GT(checked->hidden, 5u);
+        EXPECT_GT(checked->visible, 5u);
+        CertificateOptions some;
+        some.pairs = 8;
+        Result<CertificateResult> again = check_certificates(proved.scene, *proved.pvs, some);
+        ASSERT_TRUE(again) << kind << ": " << again.status().message();
+        EXPECT_EQ(again->pairs, 8u);
+        EXPECT_EQ(again->rejected + again->listed_but_hidden + again->visible_but_unlisted, 0u) << again->first_problem;
+    }
 }
 
 TEST(CertificateFile, DoesNotDependOnThreads) {

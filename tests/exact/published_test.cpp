@@ -2,6 +2,7 @@
 #include "families.hpp"
 
 #include "bake/exact/cell.hpp"
+#include "bake/exact/complex.hpp"
 #include "bake/exact/face_lattice.hpp"
 #include "bake/exact/start.hpp"
 
@@ -11,6 +12,8 @@
 
 namespace antumbra::exact::testing {
 namespace {
+
+Vec3d to_vector(const GridPoint& p) { return {double(p.x), double(p.y), double(p.z)}; }
 
 constexpr std::array<std::size_t, 6> kPrismFaces = {24, 60, 62, 33, 9, 1};
 
@@ -161,6 +164,76 @@ TEST(LineSpace, ItsConesLieAmongTheLinesThatCrossTheSource) {
                 EXPECT_GE(sum.sign(), 0);
             }
     }
+}
+
+/// The complex is complete and no more: a line between the polygons lies in a piece iff nothing blocks it.
+TEST(LineSpace, ItsPiecesAreAllUnblockedLinesAndNoOthers) {
+    Random random(12);
+    int asked = 0, clear = 0, blocked = 0;
+    for (int k = 0; k < 40; ++k) {
+        Case c = square_and_triangle(random);
+        add_wall(c, random, 2 + int(random.below(3)), 0.6);
+        for (int missing = 0; missing < 3; ++missing)
+            c.occluders.erase(c.occluders.begin() + random.below(std::uint32_t(c.occluders.size())));
+        QueryOptions options = as_published(k % 2 ? 20 : 0);
+        options.complete = true;
+        QueryResult whole = ask(c, options);
+        if (whole.answer != Answer::visible)
+            continue;
+        std::vector<ComplexPiece> pieces = complete_complex(*whole.unobstructed);
+        ASSERT_EQ(pieces.size(), whole.unobstructed->size());
+        for (const ComplexPiece& piece : pieces) {
+            auto f = piece.faces;
+            EXPECT_EQ(std::int64_t(f[0] - f[1] + f[2] - f[3] + f[4]), 2); // Euler, dimension 5
+            EXPECT_EQ(piece.facets.size(), f[4]);
+            for (const ComplexFacet& facet : piece.facets) {
+                EXPECT_GE(facet.vertices.size(), 5u);
+                std::size_t on = 0;
+                for (std::uint32_t v = 0; v < piece.vertices.size(); ++v) {
+                    Integer side = 0;
+                    for (std::size_t i = 0; i < 6; ++i)
+                        side += facet.hyperplane[i] * piece.vertices[v][i];
+                    EXPECT_GE(side.sign(), 0);
+                    on += side == 0;
+                }
+                EXPECT_EQ(on, facet.vertices.size());
+            }
+        }
+        auto inside = [&](const std::vector<GridPoint>& polygon) {
+            double u = random.uniform(0.02, 0.98), v = random.uniform(0.02, 0.98);
+            if (u + v > 1)
+                u = 1 - u, v = 1 - v;
+            Vec3d a = to_vector(polygon[0]), b = to_vector(polygon[1]), d = to_vector(polygon[2]);
+            return a + (b - a) * u + (d - a) * v;
+        };
+        for (int line = 0; line < 200; ++line) {
+            Vec3d p = inside(c.s), q = inside(c.t);
+            bool free = true, doubtful = false;
+            for (const Polygon& o : c.occluders) {
+                double least = 1e300, most = -1e300;
+                for (int e = 0; e < 3; ++e) {
+                    Vec3d a = to_vector(o.corners[e]), b = to_vector(o.corners[(e + 1) % 3]);
+                    double volume = dot(q - p, cross(a - p, b - p)) / (length(q - p) * length(b - a));
+                    least = std::min(least, volume / double(kOne));
+                    most = std::max(most, volume / double(kOne));
+                }
+                free &= !(least > 0 || most < 0);
+                doubtful |= std::min(std::abs(least), std::abs(most)) < 1e-4; // near an edge: doubles do not decide
+            }
+            if (doubtful)
+                continue;
+            bool held = std::any_of(pieces.begin(), pieces.end(), [&](const ComplexPiece& piece) { return piece.holds(p, q); });
+            EXPECT_EQ(held, free) << k << " " << line;
+            (free ? clear : blocked) += 1;
+        }
+        double share = visible_share(pieces, c.s, c.t, 500, 1);
+        EXPECT_GT(share, 0);
+        EXPECT_LT(share, 1);
+        ++asked;
+    }
+    EXPECT_GT(asked, 20);
+    EXPECT_GT(clear, 200);
+    EXPECT_GT(blocked, 200);
 }
 
 TEST(Published, AnOccluderChosenByTheRaysIsCountedOnce) {

@@ -17,7 +17,7 @@ MAY_INCLUDE = {
     "pvs": ["geometry"],
     "occlusion_tree": ["occluders"],
     "cull": ["tree", "raster", "occluders", "occlusion_tree", "pvs"],
-    "scene": ["geometry"],
+    "scene": ["geometry", "tree"],
     "import": ["scene"],
     "export": ["scene"],
     "generate": ["scene"],

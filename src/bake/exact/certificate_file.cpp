@@ -1,5 +1,6 @@
 #include "bake/exact/certificate_file.hpp"
 
+#include "bake/exact/baked_cells.hpp"
 #include "bake/exact/frame.hpp"
 #include "base/bytes.hpp"
 #include "base/crc32c.hpp"
@@ -244,23 +245,13 @@ void put_header(ByteWriter& out, const Scene& scene, std::span<const std::byte> 
     out.u32(crc32c(std::span<const std::byte>(out.bytes)));
 }
 
-std::vector<std::uint64_t> baked_cells(const Pvs& pvs) {
-    std::vector<std::uint64_t> cells;
-    for (std::uint64_t c = 0; c < pvs.grid().cells(); ++c)
-        if (pvs.cell_row(c) < kCellSolid)
-            cells.push_back(c);
-    return cells;
-}
-
-GridBox grid_cell(const Scene& scene, const exact::SceneTree& tree, const Pvs& pvs, std::uint64_t c) {
-    Box3d cell = pvs.grid().cell(c);
-    return {tree.to_grid(scene.to_local(cell.min)), tree.to_grid(scene.to_local(cell.max))};
+GridBox grid_cell(const exact::SceneTree& tree, const exact::BakedCell& cell) {
+    return {tree.to_grid(tree.scene().to_local(cell.box.min)), tree.to_grid(tree.scene().to_local(cell.box.max))};
 }
 
 Status check_belongs(const Scene& scene, const Pvs& pvs) {
     if (pvs.scene_fingerprint() != scene.fingerprint() || pvs.object_count() != scene.objects().size())
-        return {ErrorCode::mismatch, "the file was baked from another scene, or lists clusters or triangles; certificates "
-                                     "speak of objects"};
+        return {ErrorCode::mismatch, "the file was baked from another scene, or from this one read otherwise"};
     return {};
 }
 
@@ -271,7 +262,7 @@ class CellChecker {
     CellChecker(const exact::SceneTree& tree, const GridBox& cell) : tree_(tree), cell_(cell) {}
 
     /// Which answer the next certificate proves; `problem` says what is wrong with it.
-    Kind check(Reader& in, std::uint32_t object, CertificateFileResult& result, std::string& problem);
+    Kind check(Reader& in, std::uint32_t unit, CertificateFileResult& result, std::string& problem);
 
   private:
     using Key = std::pair<int, std::vector<std::array<std::int64_t, 3>>>;
@@ -293,9 +284,13 @@ class CellChecker {
     Status covers_box(const std::map<Key, Tree>& trees, const GridBox& box) const;
     Status covers_triangle(const std::map<Key, Tree>& trees, std::uint32_t t) const;
     void sides(std::uint32_t t, bool& front, bool& back) const;
-    Status check_hidden(Reader& in, std::uint32_t object, CertificateFileResult& result) const;
-    Status check_visible(Reader& in, std::uint32_t object) const;
-    Status check_touch(Reader& in, std::uint32_t object) const;
+    /// The triangles of a unit: from the first to before the last.
+    std::pair<std::uint32_t, std::uint32_t> triangles(std::uint32_t unit) const {
+        return {tree_.units().first[unit], tree_.units().first[unit + 1]};
+    }
+    Status check_hidden(Reader& in, std::uint32_t unit, CertificateFileResult& result) const;
+    Status check_visible(Reader& in, std::uint32_t unit) const;
+    Status check_touch(Reader& in, std::uint32_t unit) const;
 
     const exact::SceneTree& tree_;
     GridBox cell_;
@@ -356,7 +351,7 @@ Status CellChecker::covers_triangle(const std::map<Key, Tree>& trees, std::uint3
     return {};
 }
 
-Status CellChecker::check_hidden(Reader& in, std::uint32_t object, CertificateFileResult& result) const {
+Status CellChecker::check_hidden(Reader& in, std::uint32_t unit, CertificateFileResult& result) const {
     std::vector<GridBox> boxes(in.count());
     for (GridBox& box : boxes) {
         box.min = in.point();
@@ -392,8 +387,8 @@ Status CellChecker::check_hidden(Reader& in, std::uint32_t object, CertificateFi
     for (const GridBox& box : boxes)
         if (Status status = covers_box(trees, box); !status)
             return status;
-    const Object& o = tree_.scene().objects()[object];
-    for (std::uint32_t t = o.first_triangle; t < o.first_triangle + o.triangle_count; ++t) {
+    auto [first, last] = triangles(unit);
+    for (std::uint32_t t = first; t < last; ++t) {
         GridBox own;
         for (const GridPoint& p : tree_.corners(t))
             own.extend(p);
@@ -409,7 +404,7 @@ Status CellChecker::check_hidden(Reader& in, std::uint32_t object, CertificateFi
     return {};
 }
 
-Status CellChecker::check_visible(Reader& in, std::uint32_t object) const {
+Status CellChecker::check_visible(Reader& in, std::uint32_t unit) const {
     std::uint64_t t = in.number();
     int face = in.byte();
     bool turned = in.byte() != 0;
@@ -418,8 +413,8 @@ Status CellChecker::check_visible(Reader& in, std::uint32_t object) const {
     proof.witness.q = get_rational_point(in);
     if (!in.ok())
         return {};
-    const Object& o = tree_.scene().objects()[object];
-    if (t < o.first_triangle || t >= o.first_triangle + o.triangle_count || face > 5 ||
+    auto [first, last] = triangles(unit);
+    if (t < first || t >= last || face > 5 ||
         (turned && !tree_.both_sides(std::uint32_t(t))))
         return {ErrorCode::mismatch, "a witness ends on something else than the object"};
     proof.answer = exact::Answer::visible;
@@ -429,10 +424,10 @@ Status CellChecker::check_visible(Reader& in, std::uint32_t object) const {
     return exact::verify_proof(tree_, proof);
 }
 
-Status CellChecker::check_touch(Reader& in, std::uint32_t object) const {
+Status CellChecker::check_touch(Reader& in, std::uint32_t unit) const {
     std::uint64_t t = in.number();
-    const Object& o = tree_.scene().objects()[object];
-    bool front = false, back = false, own = t >= o.first_triangle && t < o.first_triangle + o.triangle_count;
+    auto [first, last] = triangles(unit);
+    bool front = false, back = false, own = t >= first && t < last;
     if (own)
         sides(std::uint32_t(t), front, back);
     if (!own || !exact::touches(cell_, tree_.corners(std::uint32_t(t))) || !(front || back))
@@ -440,20 +435,20 @@ Status CellChecker::check_touch(Reader& in, std::uint32_t object) const {
     return {};
 }
 
-Kind CellChecker::check(Reader& in, std::uint32_t object, CertificateFileResult& result, std::string& problem) {
+Kind CellChecker::check(Reader& in, std::uint32_t unit, CertificateFileResult& result, std::string& problem) {
     Status status;
     auto kind = Kind(in.byte());
     switch (kind) {
     case Kind::hidden:
-        status = check_hidden(in, object, result);
+        status = check_hidden(in, unit, result);
         ++result.hidden;
         break;
     case Kind::visible:
-        status = check_visible(in, object);
+        status = check_visible(in, unit);
         ++result.visible;
         break;
     case Kind::touches:
-        status = check_touch(in, object);
+        status = check_touch(in, unit);
         ++result.by_definition;
         break;
     case Kind::undecided:
@@ -487,24 +482,25 @@ Result<std::vector<std::byte>> make_certificates(const Scene& scene, const Pvs& 
                                                  CertificateFileResult& result, const Job& job) {
     if (Status status = check_belongs(scene, pvs); !status)
         return status;
-    std::vector<std::uint64_t> cells = baked_cells(pvs);
-    if (cells.empty())
-        return Status(ErrorCode::usage, "the file holds no baked grid cells to prove");
-    exact::SceneTree tree = exact::SceneTree::build(scene);
+    Result<std::vector<exact::BakedCell>> found = exact::baked_cells(pvs);
+    if (!found)
+        return found.status();
+    const std::vector<exact::BakedCell>& cells = *found;
+    exact::SceneTree tree = exact::SceneTree::build(scene, exact::units_of(scene, pvs));
     std::vector<std::vector<std::byte>> blocks(cells.size());
     std::mutex mutex;
     std::uint64_t done = 0;
     parallel_for(cells.size(), job, [&](std::size_t index, unsigned) {
-        GridBox cell = grid_cell(scene, tree, pvs, cells[index]);
+        GridBox cell = grid_cell(tree, cells[index]);
         exact::ProofLimits limits;
         limits.cancelled = [&] { return job.cancelled(); };
         exact::Prover prover(tree, limits);
         ByteWriter out;
         CertificateFileResult counted;
-        for (std::uint32_t o = 0; o < pvs.object_count(); ++o) {
-            if (pvs.object(o).flags & kAlwaysVisible)
+        for (std::uint32_t unit = 0; unit < tree.units().count(); ++unit) {
+            if (exact::is_always_visible(scene, pvs, tree.units(), unit))
                 continue;
-            exact::PairProof proof = prover.prove(cell, o);
+            exact::PairProof proof = prover.prove(cell, unit);
             put_proof(out, tree, cell, proof);
             ++counted.pairs;
             counted.undecided += proof.answer == exact::Answer::undecided;
@@ -527,7 +523,7 @@ Result<std::vector<std::byte>> make_certificates(const Scene& scene, const Pvs& 
     ByteWriter file;
     put_header(file, scene, pvs_bytes, cells.size());
     for (std::size_t index = 0; index < cells.size(); ++index) {
-        file.u64(cells[index]);
+        file.u64(cells[index].number);
         file.u64(blocks[index].size());
         file.u32(crc32c(std::span<const std::byte>(blocks[index])));
         file.u32(crc32c(std::span<const std::byte>(file.bytes).last(kBlockHeader - 4)));
@@ -552,14 +548,17 @@ Result<CertificateFileResult> check_certificate_file(const Scene& scene, const P
     if (std::memcmp(bytes.data() + 16, scene.fingerprint().data(), 16) != 0 || load_u64(bytes, 32) != pvs_bytes.size() ||
         load_u32(bytes, 40) != crc32c(pvs_bytes))
         return Status(ErrorCode::mismatch, "belongs to another .pvs file; write it again with bake --certificates");
-    std::vector<std::uint64_t> cells = baked_cells(pvs);
+    Result<std::vector<exact::BakedCell>> found = exact::baked_cells(pvs);
+    if (!found)
+        return found.status();
+    const std::vector<exact::BakedCell>& cells = *found;
     if (load_u32(bytes, 44) != std::uint32_t(cells.size()))
         return damaged;
     std::vector<std::span<const std::byte>> blocks;
     std::size_t at = kHeader;
-    for (std::uint64_t cell : cells) {
+    for (const exact::BakedCell& cell : cells) {
         if (bytes.size() - at < kBlockHeader || crc32c(bytes.subspan(at, 20)) != load_u32(bytes, at + 20) ||
-            load_u64(bytes, at) != cell || load_u64(bytes, at + 8) > bytes.size() - at - kBlockHeader)
+            load_u64(bytes, at) != cell.number || load_u64(bytes, at + 8) > bytes.size() - at - kBlockHeader)
             return damaged;
         auto size = std::size_t(load_u64(bytes, at + 8));
         blocks.push_back(bytes.subspan(at + kBlockHeader, size));
@@ -570,32 +569,43 @@ Result<CertificateFileResult> check_certificate_file(const Scene& scene, const P
     if (at != bytes.size())
         return damaged;
 
-    exact::SceneTree tree = exact::SceneTree::build(scene);
+    exact::SceneTree tree = exact::SceneTree::build(scene, exact::units_of(scene, pvs));
     CertificateFileResult result;
     std::vector<std::string> problems(cells.size());
     std::atomic<bool> broken{false};
     std::mutex mutex;
     std::uint64_t done = 0;
     parallel_for(cells.size(), job, [&](std::size_t index, unsigned) {
-        CellChecker checker(tree, grid_cell(scene, tree, pvs, cells[index]));
+        CellChecker checker(tree, grid_cell(tree, cells[index]));
         Reader in(blocks[index]);
         CertificateFileResult counted;
         std::vector<std::uint64_t> row(pvs.words_per_row());
-        pvs.decode_row(pvs.cell_row(cells[index]), row);
-        for (std::uint32_t o = 0; o < pvs.object_count() && in.ok() && !job.cancelled(); ++o) {
-            if (pvs.object(o).flags & kAlwaysVisible)
+        pvs.decode_row(cells[index].row, row);
+        std::vector<bool> seen(pvs.object_count(), false); // by what the certificates say of clusters
+        for (std::uint32_t unit = 0; unit < tree.units().count() && in.ok() && !job.cancelled(); ++unit) {
+            if (exact::is_always_visible(scene, pvs, tree.units(), unit))
                 continue;
             std::string problem;
-            Kind kind = checker.check(in, o, counted, problem);
+            Kind kind = checker.check(in, unit, counted, problem);
             ++counted.pairs;
-            bool listed = row[o / 64] >> (o % 64) & 1, says = kind != Kind::hidden;
+            std::size_t bit = exact::bit_of(pvs, unit);
+            bool listed = row[bit / 64] >> (bit % 64) & 1, says = kind != Kind::hidden;
+            if (pvs.cluster_count() > 0 && says)
+                seen[scene.triangle_objects()[tree.units().first[unit]]] = true;
             if (listed != says) {
                 ++counted.disagree;
                 problem = listed ? "listed, but its certificate says hidden" : "not listed, but its certificate says visible";
             }
             if (!problem.empty() && problems[index].empty())
-                problems[index] = "cell " + std::to_string(cells[index]) + ", object " + std::to_string(o) + ": " + problem;
+                problems[index] = "cell " + std::to_string(cells[index].number) + ", " + exact::name_of_unit(pvs, unit) + ": " + problem;
         }
+        for (std::uint32_t o = 0; o < pvs.object_count() && pvs.cluster_count() > 0; ++o)
+            if (!(pvs.object(o).flags & kAlwaysVisible) && (row[o / 64] >> (o % 64) & 1) != seen[o]) {
+                ++counted.disagree;
+                if (problems[index].empty())
+                    problems[index] = "cell " + std::to_string(cells[index].number) + ", object " + std::to_string(o) +
+                                      ": listed otherwise than its clusters";
+            }
         if (!in.at_end() && !job.cancelled())
             broken = true;
         std::lock_guard lock(mutex);

@@ -1,4 +1,5 @@
-// Certificates stored beside a bake: a witness for every listed pair of cell and object, a subdivision of line space with
+// Certificates stored beside a bake: a witness for every listed pair of cell and object (of files that list clusters: cell
+// and cluster), a subdivision of line space with
 // its blockers for every other. Byte layout: docs/methods/exact.md.
 #pragma once
 
@@ -17,7 +18,7 @@ struct CertificateFileResult {
     std::string first_problem;   ///< in words, "" if there is none
 };
 
-/// Proves every pair of every baked cell of a grid (but objects that are always visible) and gives the file. `pvs_bytes`:
+/// Proves every pair of every baked cell, of a grid or a tree over space (but what is always visible), and gives the file. `pvs_bytes`:
 /// the .pvs file itself, to which it is bound by length and CRC. Statuses as check_certificates. Cost: as the bake without
 /// its sampling, patches and virtual occluders. The bytes do not depend on the threads.
 Result<std::vector<std::byte>> make_certificates(const Scene& scene, const Pvs& pvs, std::span<const std::byte> pvs_bytes,

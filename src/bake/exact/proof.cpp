@@ -1,5 +1,6 @@
 #include "bake/exact/proof.hpp"
 
+#include "bake/exact/baked_cells.hpp"
 #include "bake/exact/frame.hpp"
 #include "base/parallel.hpp"
 #include "base/random.hpp"
@@ -117,13 +118,11 @@ bool Prover::hide_triangle(const GridBox& cell, std::uint32_t t, PairProof& proo
     return true;
 }
 
-PairProof Prover::prove(const GridBox& cell, std::uint32_t object) {
+PairProof Prover::prove(const GridBox& cell, std::uint32_t unit) {
     PairProof proof;
     queries_ = 0;
     const auto& nodes = tree_.nodes();
-    std::uint32_t root = 0; // of the object: parents come before their children
-    while (root < nodes.size() && nodes[root].object != object)
-        ++root;
+    std::uint32_t root = tree_.root_of(unit);
     std::vector<std::uint32_t> open;
     if (root < nodes.size())
         open.push_back(root);
@@ -181,32 +180,30 @@ namespace antumbra {
 namespace {
 
 struct Pair {
-    std::uint64_t cell = 0;
-    std::uint32_t object = 0;
+    exact::BakedCell cell;
+    std::uint32_t unit = 0;
     bool listed = false;
 };
 
-/// Random pairs, listed and not in turn, among cells that were baked and objects that are not always listed.
-std::vector<Pair> choose_pairs(const Pvs& pvs, const CertificateOptions& options) {
-    std::vector<std::uint64_t> cells;
-    for (std::uint64_t c = 0; c < pvs.grid().cells(); ++c)
-        if (pvs.cell_row(c) < kCellSolid)
-            cells.push_back(c);
+/// Random pairs, listed and not in turn, among cells that were baked and what is not always listed.
+std::vector<Pair> choose_pairs(const exact::SceneTree& tree, const Pvs& pvs, const std::vector<exact::BakedCell>& cells,
+                               const CertificateOptions& options) {
     std::vector<Pair> pairs;
     std::vector<std::uint64_t> row(pvs.words_per_row());
     Random random(options.seed, 0x63657274);
-    for (std::uint64_t tries = 0; !cells.empty() && pvs.object_count() > 0 && pairs.size() < options.pairs &&
+    for (std::uint64_t tries = 0; pvs.object_count() > 0 && pairs.size() < options.pairs &&
                                   tries < 64 * std::uint64_t(options.pairs);
          ++tries) {
         Pair pair;
         pair.cell = cells[random.below(static_cast<std::uint32_t>(cells.size()))];
-        pair.object = random.below(pvs.object_count());
-        pvs.decode_row(pvs.cell_row(pair.cell), row);
-        pair.listed = row[pair.object / 64] >> (pair.object % 64) & 1;
+        pair.unit = random.below(tree.units().count());
+        pvs.decode_row(pair.cell.row, row);
+        std::size_t bit = exact::bit_of(pvs, pair.unit);
+        pair.listed = row[bit / 64] >> (bit % 64) & 1;
         bool wanted = pairs.size() % 2 == 0;
         // After half the tries any pair will do: the file may list everything, or nothing.
         if ((pair.listed == wanted || tries >= 32 * std::uint64_t(options.pairs)) &&
-            !(pvs.object(pair.object).flags & kAlwaysVisible))
+            !exact::is_always_visible(tree.scene(), pvs, tree.units(), pair.unit))
             pairs.push_back(pair);
     }
     return pairs;
@@ -218,20 +215,23 @@ Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs,
                                              const Job& job) {
     if (pvs.scene_fingerprint() != scene.fingerprint() || pvs.object_count() != scene.objects().size())
         return Status(ErrorCode::mismatch, "the file was baked from another scene; bake it again");
-    std::vector<Pair> pairs = choose_pairs(pvs, options);
+    Result<std::vector<exact::BakedCell>> cells = exact::baked_cells(pvs);
+    if (!cells)
+        return cells.status();
+    exact::SceneTree tree = exact::SceneTree::build(scene, exact::units_of(scene, pvs));
+    std::vector<Pair> pairs = choose_pairs(tree, pvs, *cells, options);
     if (pairs.empty())
-        return Status(ErrorCode::usage, "the file holds no baked grid cells to prove");
-    exact::SceneTree tree = exact::SceneTree::build(scene);
+        return Status(ErrorCode::usage, "every object of the file is always visible: there is nothing to prove");
     CertificateResult result;
     std::mutex mutex;
     std::vector<std::string> problems(pairs.size());
     std::atomic<std::uint64_t> done{0};
     parallel_for(pairs.size(), job, [&](std::size_t index, unsigned) {
         const Pair& pair = pairs[index];
-        Box3d cell = pvs.grid().cell(pair.cell);
+        const Box3d& cell = pair.cell.box;
         exact::GridBox box{tree.to_grid(scene.to_local(cell.min)), tree.to_grid(scene.to_local(cell.max))};
         exact::Prover prover(tree);
-        exact::PairProof proof = prover.prove(box, pair.object);
+        exact::PairProof proof = prover.prove(box, pair.unit);
         Status status = exact::verify_proof(tree, proof);
         std::lock_guard lock(mutex);
         ++result.pairs;
@@ -239,7 +239,7 @@ Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs,
             ++result.trees;
             result.nodes += part.tree.nodes.size();
         }
-        std::string where = "cell " + std::to_string(pair.cell) + ", object " + std::to_string(pair.object) + ": ";
+        std::string where = "cell " + std::to_string(pair.cell.number) + ", " + exact::name_of_unit(pvs, pair.unit) + ": ";
         if (!status) {
             ++result.rejected;
             problems[index] = where + status.message();

@@ -42,8 +42,8 @@ struct ProofLimits {
 class Prover {
   public:
     explicit Prover(const SceneTree& tree, ProofLimits limits = {});
-    /// `cell` on the grid, with a volume.
-    PairProof prove(const GridBox& cell, std::uint32_t object);
+    /// `cell` on the grid, with a volume. `unit`: of the tree; an object, if it was built without units.
+    PairProof prove(const GridBox& cell, std::uint32_t unit);
 
   private:
     bool hide_box(const GridBox& cell, const GridBox& box, PairProof& proof);
@@ -78,8 +78,8 @@ struct CertificateResult {
     std::string first_problem;            ///< in words, "" if there is none
 };
 
-/// Proves random pairs of a baked grid and compares them with the file. ErrorCode::mismatch if the file belongs to another
-/// scene, usage if it holds no grid of cells on the scene's own grid.
+/// Proves random pairs of cell and object (where the file lists clusters: cell and cluster) and compares them with the file.
+/// ErrorCode::mismatch if the file belongs to another scene, usage if its cells are no boxes on the scene's own grid.
 Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs, const CertificateOptions& options,
                                              const Job& job = {});
 

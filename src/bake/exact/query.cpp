@@ -101,6 +101,33 @@ std::vector<Six> LineSpace::cone(std::size_t k) {
     return out;
 }
 
+std::vector<std::vector<std::uint32_t>> LineSpace::facets(std::size_t k) const {
+    const auto& faces = cones_[k].faces;
+    std::vector<std::vector<std::uint32_t>> below(faces[0].size()); // vertices of each face of one dimension
+    for (std::uint32_t v = 0; v < below.size(); ++v)
+        below[v] = {v};
+    for (std::size_t dimension = 1; dimension < 5; ++dimension) {
+        std::vector<std::vector<std::uint32_t>> level;
+        for (const std::vector<std::uint32_t>& parts : faces[dimension]) {
+            std::vector<std::uint32_t> vertices;
+            for (std::uint32_t part : parts)
+                vertices.insert(vertices.end(), below[part].begin(), below[part].end());
+            std::sort(vertices.begin(), vertices.end());
+            vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+            level.push_back(std::move(vertices));
+        }
+        below = std::move(level);
+    }
+    return below;
+}
+
+std::array<std::uint64_t, 5> LineSpace::face_counts(std::size_t k) const {
+    std::array<std::uint64_t, 5> counts;
+    for (std::size_t dimension = 0; dimension < 5; ++dimension)
+        counts[dimension] = cones_[k].faces[dimension].size();
+    return counts;
+}
+
 certify::WitnessSegment to_rational(const Witness& witness) {
     auto point = [](const Homogeneous& p) {
         certify::Integer weight(p[3]);

@@ -106,6 +106,7 @@ class LineSpace {
   public:
     struct Cone {
         std::vector<VertexId> vertices;
+        std::array<std::vector<std::vector<std::uint32_t>>, 6> faces; ///< FaceLattice::faces
     };
     LineSpace(LineStore<true> store, const GridPoint& origin, std::vector<Cone> cones)
         : store_(std::move(store)), origin_(origin), cones_(std::move(cones)) {}
@@ -116,6 +117,9 @@ class LineSpace {
     bool may_cross(std::span<const GridPoint> polygon);
     /// The vertices of cone k: points of Pluecker space, in grid coordinates, up to positive factors; most are no lines.
     std::vector<Six> cone(std::size_t k);
+    /// Which vertices each facet of cone k has, ascending; faces of cone k by dimension, 0 to 4 (of a cross-section).
+    std::vector<std::vector<std::uint32_t>> facets(std::size_t k) const;
+    std::array<std::uint64_t, 5> face_counts(std::size_t k) const;
 
   private:
     LineStore<true> store_; // its signs are found when asked for

@@ -255,7 +255,7 @@ void Solver<F, W>::keep_complex(std::vector<Whole>& complex) {
     if constexpr (F) {
         std::vector<LineSpace::Cone> cones;
         for (Whole& whole : complex)
-            cones.push_back({std::move(whole.lattice.vertices)});
+            cones.push_back({std::move(whole.lattice.vertices), std::move(whole.lattice.faces)});
         result_->counters.arithmetic.add(store_.counters);
         result_->unobstructed = std::make_shared<LineSpace>(std::move(store_), frame_.origin, std::move(cones));
         store_ = LineStore<F>();

@@ -97,6 +97,8 @@ Units Units::clusters(const Scene& scene, std::uint32_t most) {
     return from_begins(scene, std::move(begins));
 }
 
+Units Units::ranges(const Scene& scene, std::vector<std::uint32_t> first) { return from_begins(scene, std::move(first)); }
+
 Units Units::make(const Scene& scene, Granularity granularity, std::uint32_t most) {
     switch (granularity) {
     case Granularity::triangle:

@@ -22,6 +22,8 @@ struct Units {
     /// Objects of more than `most` triangles are cut into ranges of at most so many, where the sum of half areas times
     /// triangles is least (surface area heuristic along the order of the file). O(n log n).
     static Units clusters(const Scene& scene, std::uint32_t most);
+    /// Ranges that begin at these triangles, ascending, the first at 0; each within one object.
+    static Units ranges(const Scene& scene, std::vector<std::uint32_t> first);
     static Units make(const Scene& scene, Granularity granularity, std::uint32_t most);
 };
 

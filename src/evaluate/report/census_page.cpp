@@ -1,5 +1,7 @@
 #include "evaluate/census.hpp"
 
+#include <antumbra/evaluate.hpp>
+
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -107,7 +109,7 @@ std::string census_page(const Pvs& pvs, const Census& census, const std::string&
     data["title"] = title;
     data["objectCount"] = pvs.object_count();
     data["about"] = "What can be seen from each cell of a baked file. Guarantee: " +
-                    std::string(to_string(pvs.guarantee())) + ", method: " + std::string(pvs.method()) + ".";
+                    describe_guarantee(pvs) + ", method: " + std::string(pvs.method()) + ".";
     data["facts"] = Json::array({{"objects", std::to_string(pvs.object_count())},
                                  {"cells baked", std::to_string(census.baked)},
                                  {"inside matter", std::to_string(census.solid)},
