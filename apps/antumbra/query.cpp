@@ -70,10 +70,10 @@ const char* why_everything(const Pvs& pvs, const PvsCursor& cursor) {
 /// What the answer is, which may be less than what the file is. All objects at once is always conservative. A union over
 /// cells that the viewpoints only touch, or bounds in the frustum in place of geometry, lists too much: what was exact
 /// is conservative then, and what missed some visible objects (aggressive) is neither, so approximate.
-Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor, bool in_frustum) {
+Guarantee guarantee_of(const Pvs& pvs, const PvsCursor& cursor) {
     if (cursor.everything)
         return Guarantee::conservative;
-    if (!in_frustum && cursor.cell != -3)
+    if (cursor.cell != -3)
         return pvs.guarantee();
     return may_lose_pixels(pvs.guarantee()) ? Guarantee::approximate : Guarantee::conservative;
 }
@@ -124,7 +124,7 @@ int run_query(const QueryArguments& arguments) {
         (void)pvs.query_range(*range, cursor);
     if (const char* reason = why_everything(pvs, cursor))
         note(reason);
-    Guarantee guarantee = guarantee_of(pvs, cursor, !range->all_directions);
+    Guarantee guarantee = guarantee_of(pvs, cursor);
     if (cursor.cell == -3) // the cell of the eye itself, where cells are a grid
         cursor.cell = pvs.grid().find(*eye);
     print_answer(pvs, cursor, guarantee, arguments.common.json);

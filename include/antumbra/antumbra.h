@@ -216,8 +216,8 @@ ant_status ant_cursor_sees_box(const ant_cursor* cursor, const double box_min[3]
 typedef struct ant_answer {
     int64_t cell;            /* number of the cell (in a file with a view tree: of the leaf), -1: outside all of
                                 them, -3: the answer comes from several, or was for a range */
-    ant_guarantee guarantee; /* of this answer: that of the file; but if everything is visible, or for a range
-                                of an exact file, conservative */
+    ant_guarantee guarantee; /* of this answer: that of the file; but if everything is visible conservative; for a
+                                range conservative if the file promises that nothing is lost, else approximate */
     int32_t everything;      /* 1: nothing is known here, so all objects are in the answer */
     uint32_t visible_count;
 } ant_answer;

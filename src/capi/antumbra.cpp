@@ -205,9 +205,14 @@ ant_status ant_cursor_describe(const ant_cursor* cursor, ant_answer* answer) {
     const antumbra::PvsCursor& source = cursor->cursor;
     answer->cell = source.cell;
     auto guarantee = static_cast<ant_guarantee>(cursor->pvs->guarantee());
-    // A union over several cells, or bounds in place of geometry, is never exact.
-    bool is_loose = source.everything || (source.cell == -3 && guarantee == ANT_EXACT);
-    answer->guarantee = is_loose ? ANT_CONSERVATIVE : guarantee;
+    // A union over several cells, or bounds in place of geometry, lists too much: what was exact is conservative then,
+    // and what missed something is approximate. All objects at once is always conservative.
+    bool may_miss = guarantee == ANT_AGGRESSIVE || guarantee == ANT_APPROXIMATE;
+    if (source.everything)
+        guarantee = ANT_CONSERVATIVE;
+    else if (source.cell == -3)
+        guarantee = may_miss ? ANT_APPROXIMATE : ANT_CONSERVATIVE;
+    answer->guarantee = guarantee;
     answer->everything = source.everything ? 1 : 0;
     answer->visible_count = source.visible_count;
     return ANT_OK;
