@@ -5,7 +5,7 @@
 namespace antumbra {
 namespace {
 
-constexpr float kTrialWorth = 8; ///< who has hidden nothing lately must promise so many times more pixels
+constexpr float kTrialWorth = 2; ///< who has hidden nothing lately must promise so many times more pixels
 
 struct ReportedObject {
     std::uint32_t object;

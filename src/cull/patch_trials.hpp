@@ -18,8 +18,11 @@ class PatchTrials {
             gained_.assign(patches, 0);
             rested_.assign(patches, 0);
             frame_ = 2 * kRest; // nobody rests
+            trial_polygons_ = kFirstTrialPolygons;
             eye_ = camera.eye;
             forward_ = camera.forward;
+        } else {
+            trial_polygons_ = kTrialPolygons;
         }
         ++frame_;
         if (!(length(camera.eye - eye_) <= kStride * extent) || !(dot(camera.forward, forward_) >= kTurn)) {
@@ -35,11 +38,12 @@ class PatchTrials {
 
     /// May a patch that has not paid be tried in this frame? `promise`: how many times over it covers the pixels that
     /// a trial asks for; asked for twice as much with every kTrialPolygons polygons that the frame has spent on trials.
-    /// So a view that is new all over begins with the largest patches and takes the others in the frames that follow.
+    /// So a view that is new all over begins with the largest patches and takes the others in the frames that follow. The
+    /// first frame of all spends more: it may be the only one.
     bool may_try(std::uint32_t patch, std::uint32_t polygons, float promise) {
         if (frame_ - rested_[patch] <= kRest + patch % 16) // not all on the same frame
             return false;
-        if (promise < float(std::uint32_t(1) << std::min(tried_polygons_ / kTrialPolygons, 30u)))
+        if (promise < float(std::uint32_t(1) << std::min(tried_polygons_ / trial_polygons_, 30u)))
             return false;
         tried_polygons_ += polygons;
         return true;
@@ -67,7 +71,7 @@ class PatchTrials {
 
   private:
     static constexpr std::uint32_t kRest = 48;           ///< frames until a patch that hid too little is tried again
-    static constexpr std::uint32_t kTrialPolygons = 32;  ///< see may_try()
+    static constexpr std::uint32_t kTrialPolygons = 128, kFirstTrialPolygons = 512; ///< see may_try()
     static constexpr float kLeastValue = 0.2f;           ///< boxes hidden per polygon and frame
     static constexpr double kStride = 1.0 / 64, kTurn = 0.866; ///< of the scene; cosine: where another view begins
     static constexpr float kMemory = 0.75f;              ///< of the average, per frame
@@ -76,7 +80,7 @@ class PatchTrials {
     std::vector<float> gained_; ///< of this frame, not yet by polygon; 0 between frames
     std::vector<std::uint32_t> rested_; ///< frame in which its last rest began
     std::vector<std::uint32_t> chosen_;
-    std::uint32_t tried_polygons_ = 0;
+    std::uint32_t tried_polygons_ = 0, trial_polygons_ = kFirstTrialPolygons;
     std::uint32_t frame_ = 0;
     Vec3d eye_, forward_; ///< of the first frame since the rests were last ended
 };

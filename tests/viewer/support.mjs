@@ -95,11 +95,12 @@ export async function stand(page, eye, target, method) {
   await settle(page);
 }
 
-/** Until two frames have been drawn and the panel has caught up. */
-export const settle = (page) => page.evaluate(() => new Promise((resolve) => {
-  window.antumbraViewer.viewer.recull();
-  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 130)));
-}));
+/** Until the answer stands, it has been drawn, and the panel has caught up. */
+export const settle = async (page) => {
+  await page.evaluate(() => window.antumbraViewer.viewer.recull());
+  await page.waitForFunction(() => window.antumbraViewer.viewer.settling === 0);
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve, 130)))));
+};
 
 export const messages = async (page) => (await page.locator('#messages > div span').allInnerTexts()).join('\n');
 

@@ -29,6 +29,9 @@ export interface Marks {
 
 const colourOf = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
 
+/** Methods learn from frame to frame which occluders pay: so many frames after the last change the answer stands. */
+const kSettling = 12;
+
 export class Viewer {
   readonly camera = new PerspectiveCamera(60, 1, 0.1, 1000);
   readonly walker: Walker;
@@ -169,7 +172,12 @@ export class Viewer {
   }
 
   redraw(): void { this.renderNeeded = true; }
-  recull(): void { this.cullNeeded = this.renderNeeded = true; }
+  recull(): void {
+    this.cullNeeded = this.renderNeeded = true;
+    this.settling = kSettling;
+  }
+  /** How many more frames are culled although nothing moves. */
+  settling = 0;
 
   freeze(on: boolean): void {
     this.frozen = on ? this.camera.clone() : null;
@@ -272,6 +280,10 @@ export class Viewer {
       if (!this.autopilot(seconds)) this.autopilot = null;
     }
     if (moved) this.frozen ? this.redraw() : this.recull();
+    else if (this.settling > 0) {
+      this.settling -= 1;
+      this.cullNeeded = this.renderNeeded = true;
+    }
     if (this.renderNeeded) this.draw();
   }
 
