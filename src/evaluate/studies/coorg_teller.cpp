@@ -257,7 +257,7 @@ Result<Study> study_coorg_teller(const Scene& scene, const StudyOptions& options
     study.tables = {polygons_left(scene, *result), times(scene, *result), speed_table(scene, *speeds)};
     study.plots = {speed_plot(*speeds), triangle_plot(*result)};
     study.notes.push_back("The paper's rows hold words only. The copy that this study was made from lacks the figures of its tables, and "
-                          "no public text that was searched (surveys of visibility, theses, papers that cite it) repeats them.");
+                          "no excerpt that a search for them brought up repeats them.");
     return study;
 }
 
