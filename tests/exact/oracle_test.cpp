@@ -87,8 +87,9 @@ bool discs_agree(Random& random, std::uint64_t& hidden, std::uint64_t& used) {
     hidden += reference.answer == Answer::hidden;
     for (OccluderId id : result.blockers)
         used += id >= pairs.triangles.size();
-    if (result.answer == Answer::visible)
+    if (result.answer == Answer::visible) {
         EXPECT_TRUE(certify::verify_witness({c.s, true}, {c.t, true}, pairs.triangles, witness_of(result)).ok());
+    }
     return result.answer == reference.answer;
 }
 
