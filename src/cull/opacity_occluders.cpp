@@ -41,17 +41,6 @@ bool is_in_view(const FrustumPlanes& planes, std::size_t count, Corner corner) {
     return true;
 }
 
-bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
-    for (int i = 0; i < planes.count; ++i) {
-        const float* n = planes.normal[i];
-        float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                    n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-        if (sum + planes.offset[i] < 0)
-            return false;
-    }
-    return true;
-}
-
 } // namespace
 
 OpacityOccluders::OpacityOccluders(const CullScene::Data& scene)

@@ -157,17 +157,6 @@ class Planes final : public Culler {
         return true;
     }
 
-    static bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
-        for (int i = 0; i < planes.count; ++i) {
-            const float* n = planes.normal[i];
-            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-            if (sum + planes.offset[i] < 0)
-                return false;
-        }
-        return true;
-    }
-
     /// Area-angle (Coorg, Teller 1997, "dynamic occluder selection"): area times cosine over squared distance, summed
     /// over the members that show the viewer their fronts, or, if that is more, those that show a double-sided back:
     /// cast_shadow() takes one of the two.

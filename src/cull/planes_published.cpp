@@ -110,17 +110,6 @@ class PublishedPlanes final : public Culler {
         }
     }
 
-    static bool is_outside(const Box3f& box, const FrustumPlanes& planes) {
-        for (int i = 0; i < planes.count; ++i) {
-            const float* n = planes.normal[i];
-            float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                        n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-            if (sum + planes.offset[i] < 0)
-                return true;
-        }
-        return false;
-    }
-
     void prepare(State& state) const {
         const CullScene::Data& scene = scene_.data();
         state.cache.reset(options_.cache_bytes);
@@ -222,7 +211,7 @@ class PublishedPlanes final : public Culler {
             state.stack.pop_back();
             const KdNode& node = tree_.nodes[entry.node];
             ++result.counters.boxes_tested;
-            if (is_outside(boxes_[entry.node], planes)) {
+            if (!is_in_view(boxes_[entry.node], planes)) {
                 ++result.counters.outside_frustum;
                 continue;
             }
@@ -251,7 +240,7 @@ class PublishedPlanes final : public Culler {
                 continue;
             state.decided[object] = state.frame;
             ++result.counters.boxes_tested;
-            if (is_outside(scene.bounds[object], planes))
+            if (!is_in_view(scene.bounds[object], planes))
                 ++result.counters.outside_frustum;
             else if (!is_hidden_detail(object, camera, sight, state, result.counters))
                 mark_visible(result, object);

@@ -16,17 +16,6 @@ constexpr int kMostNodes = 4096;              ///< looked at for the objects tha
 
 Vec3f rounded(const Vec3d& v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
 
-bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
-    for (int i = 0; i < planes.count; ++i) {
-        const float* n = planes.normal[i];
-        float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
-                    n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
-        if (sum + planes.offset[i] < 0)
-            return false;
-    }
-    return true;
-}
-
 /// Shows a side that blocks, with nothing of it nearer than the near plane, from outside of its solid.
 bool is_usable(const OccluderSet& set, const OccluderPolygon& polygon, const SightStart& sight, const Box3d& start) {
     int side = facing(polygon, sight.camera);

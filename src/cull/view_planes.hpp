@@ -27,4 +27,16 @@ struct FrustumPlanes {
 };
 FrustumPlanes frustum_planes(const Camera& camera, const Box3f& domain);
 
+/// May a point of `box` (within the domain of the planes) be in view?
+inline bool is_in_view(const Box3f& box, const FrustumPlanes& planes) {
+    for (int i = 0; i < planes.count; ++i) {
+        const float* n = planes.normal[i];
+        float sum = n[0] * (n[0] >= 0 ? box.max.x : box.min.x) + n[1] * (n[1] >= 0 ? box.max.y : box.min.y) +
+                    n[2] * (n[2] >= 0 ? box.max.z : box.min.z);
+        if (sum + planes.offset[i] < 0)
+            return false;
+    }
+    return true;
+}
+
 } // namespace antumbra
