@@ -122,7 +122,7 @@ void SceneArguments::add_to(CLI::App& command) {
     command.add_option("--crack-width", crack_width,
                        "Close cracks up to so wide (scene units): answers are then those of the repaired scene, not for sight "
                        "lines through such cracks")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0.0, 1e30));
     command.add_option("--max-triangles", limits.triangles, "Refuse scenes with more triangles")
         ->capture_default_str();
     command.add_option("--max-bytes", limits.bytes, "Refuse files with more bytes")->capture_default_str();

@@ -135,22 +135,27 @@ void append_box(OccluderSet& set, const InnerBox& inner, double step) {
     set.solids.push_back(solid_of(inner.shell_min, inner.shell_max, inner.opening, step));
 }
 
+/// A face of the solid that is about to be appended; `corners` count from the set's vertex `base`.
+template <class Corners>
+void append_face(OccluderSet& set, const Corners& corners, std::uint32_t base, std::uint32_t object) {
+    OccluderPolygon polygon;
+    polygon.first = static_cast<std::uint32_t>(set.loops.size());
+    polygon.count = static_cast<std::uint32_t>(corners.size());
+    polygon.object = object;
+    polygon.synthetic = true;
+    polygon.solid = static_cast<std::uint32_t>(set.solids.size());
+    for (std::uint32_t corner : corners)
+        set.loops.push_back(base + corner);
+    measure_occluder(set, polygon);
+    set.polygons.push_back(polygon);
+}
+
 void append_solid(OccluderSet& set, const InnerSolid& inner, double step) {
     auto base = static_cast<std::uint32_t>(set.vertices.size());
     for (const Point& p : inner.shape.points)
         set.vertices.push_back(box_of(p, p, step).min);
-    for (const auto& face : inner.shape.faces) {
-        OccluderPolygon polygon;
-        polygon.first = static_cast<std::uint32_t>(set.loops.size());
-        polygon.count = static_cast<std::uint32_t>(face.size());
-        polygon.object = inner.object;
-        polygon.synthetic = true;
-        polygon.solid = static_cast<std::uint32_t>(set.solids.size());
-        for (std::uint32_t corner : face)
-            set.loops.push_back(base + corner);
-        measure_occluder(set, polygon);
-        set.polygons.push_back(polygon);
-    }
+    for (const auto& face : inner.shape.faces)
+        append_face(set, face, base, inner.object);
     set.solids.push_back(solid_of(inner.shell_min, inner.shell_max, inner.opening, step));
 }
 
@@ -158,18 +163,8 @@ void append_shell(OccluderSet& set, const InnerShell& shell, double step) {
     auto base = static_cast<std::uint32_t>(set.vertices.size());
     for (const Point& p : shell.points)
         set.vertices.push_back(box_of(p, p, step).min);
-    for (const auto& triangle : shell.triangles) {
-        OccluderPolygon polygon;
-        polygon.first = static_cast<std::uint32_t>(set.loops.size());
-        polygon.count = 3;
-        polygon.object = shell.object;
-        polygon.synthetic = true;
-        polygon.solid = static_cast<std::uint32_t>(set.solids.size());
-        for (std::uint32_t corner : triangle)
-            set.loops.push_back(base + corner);
-        measure_occluder(set, polygon);
-        set.polygons.push_back(polygon);
-    }
+    for (const auto& triangle : shell.triangles)
+        append_face(set, triangle, base, shell.object);
     set.solids.push_back(solid_of(shell.shell_min, shell.shell_max, {}, step));
 }
 

@@ -96,6 +96,12 @@ class Commands(unittest.TestCase):
         self.assert_one_line_error(2, "query", self.pvs, "--eye", "1,2", saying=["--eye"])
         self.assert_one_line_error(2, "generate", "castle", "-o", "x.glb", saying=["apartment"])
 
+    def test_a_number_out_of_range_is_a_short_line(self):
+        for value in ("-1", "nan", "1e300"):
+            done = subprocess.run([ANTUMBRA, "info", self.scene, f"--crack-width={value}"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, value)
+            self.assertLess(len(done.stderr), 200)
+
     def test_bad_files_exit_1_and_name_the_file(self):
         self.assert_one_line_error(1, "info", "/no/such.glb", saying=["/no/such.glb"])
         bad = os.path.join(self.folder.name, "bad.glb")
