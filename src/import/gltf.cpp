@@ -3,10 +3,10 @@
 #include "import/findings.hpp"
 #include "import/gltf_accessors.hpp"
 #include "import/gltf_nodes.hpp"
+#include "import/import_bytes.hpp"
 
 #include <algorithm>
 #include <map>
-#include <new>
 
 namespace antumbra {
 namespace gltf {
@@ -387,9 +387,6 @@ class Assembler {
 };
 
 Result<RawScene> import(std::span<const std::byte> bytes, const std::string& folder, const ImportOptions& options) {
-    if (bytes.size() > options.limits.bytes)
-        return Status(ErrorCode::limit, "has " + std::to_string(bytes.size()) + " bytes, more than the limit of " +
-                                            std::to_string(options.limits.bytes));
     Result<Container> container = open_container(bytes);
     if (!container)
         return container.status();
@@ -417,14 +414,8 @@ Result<RawScene> import(std::span<const std::byte> bytes, const std::string& fol
 } // namespace gltf
 
 Result<RawScene> import_gltf(std::span<const std::byte> bytes, const std::string& name, const std::string& folder,
-                             const ImportOptions& options) try {
-    Result<RawScene> raw = gltf::import(bytes, folder, options);
-    if (!raw)
-        return raw.status().in(name);
-    raw->source = name;
-    return raw;
-} catch (const std::bad_alloc&) {
-    return Status(ErrorCode::limit, name + ": not enough memory");
+                             const ImportOptions& options) {
+    return import_bytes(bytes, name, options, [&] { return gltf::import(bytes, folder, options); });
 }
 
 } // namespace antumbra

@@ -80,6 +80,55 @@ Image top_view(const Scene& scene, const OccluderSet& occluders, const View& vie
                std::span<const std::uint64_t> in_frustum, std::span<const std::uint64_t> reported,
                std::span<const std::uint32_t> drawn);
 
+/// How the paper picks occluders, and what it calls that.
+struct Criterion {
+    OccluderCriterion criterion;
+    const char *name, *letters;
+};
+inline constexpr Criterion kCriteria[] = {{OccluderCriterion::projected_size, "projected size", "PS"},
+                                          {OccluderCriterion::minimum_sets, "minimum sets", "MOS"},
+                                          {OccluderCriterion::first_hit, "first hit", "FH"}};
+inline constexpr std::uint32_t kTruthSide = 512;
+
+/// What all figures stand on, and the study that they add to.
+struct Setting {
+    Setting(const Scene& scene, const StudyOptions& options, const Job& job);
+
+    const Scene& scene;
+    const StudyOptions& options;
+    const Job& job;
+    std::uint32_t side; ///< of the picture, pixels
+    Tracer tracer;
+    OccluderSet occluders;
+    CullScene cull_scene;
+    std::unique_ptr<Drawing> drawing; ///< null: nothing can be drawn here
+    double view_seconds = 0;          ///< what an object costs to draw
+    std::uint64_t lost = 0;
+    Study study;
+
+    void open_drawing(std::uint32_t pixels);
+    Bench bench() const;
+    MosOptions mos(OccluderCriterion criterion, std::uint32_t limit) const;
+    CullerOptions with(const OccluderDatabase* database, std::uint32_t count, OpacityForm form) const;
+    /// The same without giving up early, so that shares depend on the occluders alone.
+    CullerOptions whole(const OccluderDatabase* database, std::uint32_t count) const;
+    Status stopped() const;
+    void report(const char* stage, std::uint64_t done, std::uint64_t total) const;
+    double extent() const;
+
+  private:
+    double measure_object_seconds();
+};
+
+/// Figures 6 and 7.
+Status add_criteria(Setting& at, const std::vector<Route>& routes);
+
+/// Frames per second; nothing if nothing was drawn.
+StudyCell rate_of(const Measured& method);
+
+/// Shares of the triangles in the frustum.
+double culled_percent(const Measured& method, const Measured& frustum);
+
 std::uint64_t triangles_of(const Scene& scene, std::span<const std::uint64_t> objects);
 
 } // namespace antumbra::poon_wang

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kFrames = 8; ///< of a route, evenly spread
 constexpr double kPublishedShare = 94;
-constexpr OccluderCriterion kCriteria[] = {OccluderCriterion::minimum_sets, OccluderCriterion::first_hit,
+constexpr OccluderCriterion kCompared[] = {OccluderCriterion::minimum_sets, OccluderCriterion::first_hit,
                                            OccluderCriterion::projected_size};
 
 struct Point {
@@ -107,7 +107,7 @@ Result<StudyTable> occluders_for_shares(const Bench& bench, const OccluderSet& o
             return frustum.status();
         for (OpacityCoverage coverage : {OpacityCoverage::inner, OpacityCoverage::centre}) {
             std::vector<Curve> curves;
-            for (OccluderCriterion criterion : kCriteria) {
+            for (OccluderCriterion criterion : kCompared) {
                 curves.emplace_back();
                 for (std::uint32_t limit = 4; limit <= 512; limit *= 2) {
                     if (job.cancelled())

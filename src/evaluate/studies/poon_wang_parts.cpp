@@ -264,4 +264,13 @@ Image top_view(const Scene& scene, const OccluderSet& occluders, const View& vie
     return image;
 }
 
+StudyCell rate_of(const Measured& method) {
+    double ms = method.mean_frame_ms();
+    return method.draw_ms.empty() || method.draw_ms[0] < 0 || ms <= 0 ? StudyCell() : StudyCell(1000 / ms);
+}
+
+double culled_percent(const Measured& method, const Measured& frustum) {
+    return 100 * (1 - method.mean_triangles() / std::max(1.0, frustum.mean_triangles()));
+}
+
 } // namespace antumbra::poon_wang
