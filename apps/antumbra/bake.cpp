@@ -323,6 +323,9 @@ void add_bake(CLI::App& app) {
         ->default_str("fast");
     command.add_option("--max-pieces", options.exact.max_pieces, "Budget of one exact query, in pieces of line space")
         ->capture_default_str();
+    command.add_option("--cell-work", options.exact.cell_work,
+                       "Budget of one exact cell, in pieces and pairs of faces; what it leaves open is listed (0: no end)")
+        ->capture_default_str();
     command.add_option("--block", options.exact.block,
                        "Exact grids: solve cells in blocks of so many along each axis, from the outside in")
         ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}))

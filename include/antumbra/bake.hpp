@@ -88,6 +88,10 @@ struct ExactOptions {
     /// box around a block reaches is hidden from its cells. 1: every cell alone. Changes the time and the counts of work;
     /// rows only where a budget runs out.
     std::uint32_t block = 1;
+    /// Budget of one cell: pieces of line space and pairs of faces asked for, summed, never time, so that the same is undecided
+    /// on every machine; 0: none. When less than a quarter is left, boxes are asked for before triangles. What is not decided
+    /// when it is spent is listed as visible and counted as undecided. The default is some minutes of one core.
+    std::uint64_t cell_work = 4000000;
     bool operator==(const ExactOptions&) const = default;
 };
 

@@ -44,6 +44,7 @@ Json describe(const Scene& scene, const BakeOptions& options, const CellGrid& gr
             json["cluster_triangles"] = options.exact.cluster_triangles;
         json["form"] = options.exact.form == ExactForm::published ? "published" : "fast";
         json["max_pieces"] = options.exact.max_pieces;
+        json["cell_work"] = options.exact.cell_work;
         if (tree.subdivision == Subdivision::grid)
             json["block"] = options.exact.block;
     }

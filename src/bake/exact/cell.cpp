@@ -126,6 +126,7 @@ void CellCounters::add(const CellCounters& other) {
     reused += other.reused;
     boxes_given_up += other.boxes_given_up;
     undecided += other.undecided;
+    unasked += other.unasked;
     extended += other.extended;
     by_touch += other.by_touch;
     effective += other.effective;
@@ -146,6 +147,7 @@ struct CellSolver::State {
     CellSampler sampler;
     GridBox cell;
     CellCounters* counters = nullptr;
+    std::uint64_t work_before = 0; // of earlier cells that the counters hold
     const std::atomic<bool>* cancel = nullptr;
     std::vector<std::uint8_t> hidden_alone; // per triangle
     std::vector<std::uint8_t> asked_patch;  // per patch
@@ -160,6 +162,16 @@ struct CellSolver::State {
         : tree(t), tracer(r), arbiter(r), options(o), occluders(t, o.joined && o.form == ExactForm::fast), seen(t), sampler(t, r, seen),
           hidden_alone(t.corners_count(), 0), asked_patch(t.patches().count(), 0) {}
 
+    static std::uint64_t work_of(const CellCounters& c) { return c.query.pieces + c.pairs; }
+    /// What is left of the cell's budget. A pure function of the work done: never of time.
+    std::uint64_t work_left() const {
+        if (options.work == 0)
+            return UINT64_MAX;
+        std::uint64_t done = work_of(*counters) - work_before;
+        return options.work - std::min(done, options.work);
+    }
+    bool spent() const { return work_left() == 0; }
+    bool is_scarce() const { return work_left() < options.work / 4; }
     bool cancelled() const { return cancel && cancel->load(std::memory_order_relaxed); }
     void begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count);
     QueryResult ask(std::span<const GridPoint> s, int from, std::span<const GridPoint> t, std::uint64_t key, bool box);
@@ -177,12 +189,14 @@ struct CellSolver::State {
     void decide_triangle(std::uint32_t triangle);
     void hide_node(std::uint32_t node);
     void hide_triangle(std::uint32_t triangle);
+    void decide_leaf(std::uint32_t node);
     bool open(std::uint32_t node);
 };
 
 void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count) {
     cell = box;
     counters = &count;
+    work_before = work_of(count);
     occluders.forget_hidden();
     for (std::uint32_t t : hidden_triangles)
         hidden_alone[t] = 0;
@@ -216,6 +230,7 @@ QueryResult CellSolver::State::ask(std::span<const GridPoint> s, int from, std::
     QueryOptions q;
     q.rays = options.rays;
     q.max_pieces = !box ? options.max_pieces : from < 0 ? options.window_pieces : options.box_pieces;
+    q.max_pieces = static_cast<std::uint32_t>(std::min<std::uint64_t>(q.max_pieces, work_left()));
     q.filtered = options.filtered;
     q.patches = options.patches;
     q.form = options.form;
@@ -285,6 +300,8 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
         for (int to = 0; to < 6; ++to) {
             if (!reaches_beyond(cell, box, to / 2, to % 2) || is_flat_across(box, to / 2))
                 continue;
+            if (spent())
+                return Answer::undecided;
             bool same_plane = to % 2 ? box.max[to / 2] == tree.nodes()[parent].box.max[to / 2]
                                      : box.min[to / 2] == tree.nodes()[parent].box.min[to / 2];
             if (n != 0 && same_plane && occluders.is_pair_hidden(parent, from, to)) {
@@ -372,6 +389,8 @@ Answer CellSolver::State::ask_polygon(std::span<const GridPoint> corners, bool b
         for (int from = 0; from < 6; ++from) {
             if (!reaches_beyond(box, cell, from / 2, from % 2))
                 continue;
+            if (spent())
+                return Answer::undecided;
             QueryResult result = ask(from, t, key + static_cast<unsigned>(2 * from + turned), false);
             if (result.answer == Answer::visible) {
                 if (witness)
@@ -461,6 +480,7 @@ void CellSolver::State::decide_triangle(std::uint32_t triangle) {
         if (cancelled())
             break;
         ++counters->undecided;
+        counters->unasked += spent();
         seen.see(unit);
         break;
     case Answer::hidden:
@@ -469,12 +489,19 @@ void CellSolver::State::decide_triangle(std::uint32_t triangle) {
     }
 }
 
+void CellSolver::State::decide_leaf(std::uint32_t n) {
+    const SceneTree::Node& node = tree.nodes()[n];
+    for (std::uint32_t i = node.first; i < node.first + node.count && !cancelled(); ++i)
+        if (!hidden_alone[tree.order()[i]])
+            decide_triangle(tree.order()[i]);
+}
+
 /// Is there more to do below this node? Asks for its box unless it is known to be reached.
 bool CellSolver::State::open(std::uint32_t n) {
     const SceneTree::Node& node = tree.nodes()[n];
     if (occluders.is_hidden(n) || seen.all_seen(n))
         return false;
-    if (seen.holds_seen(n) || cell.touches(node.box) || node.count <= kSmallBox)
+    if (seen.holds_seen(n) || cell.touches(node.box) || (node.count <= kSmallBox && !is_scarce()) || spent())
         return true;
     // In the published form small boxes are asked for even where a ray came in, for the sake of their line spaces.
     bool complete_space = options.form == ExactForm::published && node.count <= kObjectTriangles;
@@ -518,6 +545,7 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         }
     };
     std::priority_queue<Entry> queue;
+    std::vector<Entry> put_off; // leaves that came up when the budget was scarce
     queue.push({0, 0, nullptr});
     while (!queue.empty()) {
         if (s.cancelled())
@@ -532,13 +560,18 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         const SceneTree::Node& node = tree.nodes()[n];
         if (node.children == 0) {
             s.around = spaces;
-            for (std::uint32_t i = node.first; i < node.first + node.count && !s.cancelled(); ++i)
-                if (!s.hidden_alone[tree.order()[i]])
-                    s.decide_triangle(tree.order()[i]);
+            if (s.is_scarce())
+                put_off.push_back({0, n, spaces});
+            else
+                s.decide_leaf(n);
             continue;
         }
         for (std::uint32_t c = node.children; c < node.children + 2; ++c)
             queue.push({distance_squared(tree.nodes()[c].box, cell), c, spaces});
+    }
+    for (const Entry& leaf : put_off) {
+        s.around = leaf.spaces;
+        s.decide_leaf(leaf.node);
     }
     s.around = s.complete = nullptr;
     return !s.cancelled();

@@ -29,6 +29,9 @@ struct CellOptions {
     std::uint32_t max_pieces = 20000;   ///< budget of one query; beyond it the answer is visible and counted
     std::uint32_t box_pieces = 20000;   ///< the same for boxes; beyond it the box is opened
     std::uint32_t window_pieces = 100;   ///< the same for the windows of a box; beyond it the pairs of faces are asked for
+    /// Budget of the cell: pieces of line space and pairs of faces asked for, summed; 0: none. Of its last quarter boxes are
+    /// asked for first and triangles with what they leave. What is not decided when it is spent is visible and counted.
+    std::uint64_t work = 0;
     std::uint32_t rays_at_box = 16;     ///< of sample_between
     bool virtual_occluders = true;      ///< false only to measure what they are worth
     bool windows = true;                ///< one query through two windows before the pairs of faces of a box
@@ -60,6 +63,7 @@ struct CellCounters {
     std::uint64_t undecided = 0;         ///< triangles reported visible because a budget ran out
     std::uint64_t extended = 0;          ///< units found by following the witness of a box
     std::uint64_t by_touch = 0;          ///< units visible because they touch the cell
+    std::uint64_t unasked = 0;           ///< of these, those that came up after the cell's budget was spent
     std::uint64_t effective = 0;         ///< occluders, summed over the pairs that needed any
     std::uint64_t with_effective = 0;    ///< those pairs
     std::uint32_t most_effective = 0;

@@ -97,6 +97,7 @@ exact::CellOptions ExactCells::cell_options(const Box3d& cell) const {
     exact::CellOptions options;
     options.seed = cell_key(cell) ^ bake.seed;
     options.max_pieces = bake.exact.max_pieces;
+    options.work = bake.exact.cell_work;
     options.form = bake.exact.form;
     options.look_around = bake.rays_per_cell;
     options.follow = 4 * bake.rays_per_cell;
@@ -151,7 +152,9 @@ bool ExactCells::hide(const Box3d& box, const exact::HiddenParts& hidden, exact:
     if (!solver.solve(to_grid(box), units, counters, hidden, cancel))
         return false;
     proved = solver.hidden_parts();
-    add(work, work_of(counters));
+    ExactStatistics done = work_of(counters);
+    done.undecided = 0; // nothing is listed of the box itself
+    add(work, done);
     return true;
 }
 
