@@ -45,6 +45,7 @@ struct Options {
     bool peers = false;
     bool prepared = false; ///< through the chunks of a file
     std::string each;      ///< file for a line per frame
+    OccluderOptions finding;
     CullerOptions culler;
 };
 
@@ -176,7 +177,7 @@ void run(const std::string& path, const Options& options) {
     }
     Clock::time_point start = Clock::now();
     OccluderStatistics found;
-    OccluderSet occluders = find_occluders(*scene, {}, &found);
+    OccluderSet occluders = find_occluders(*scene, options.finding, &found);
     double finding = milliseconds_since(start);
     Tracer tracer = Tracer::build(*scene);
     std::vector<Box3f> bounds;
@@ -303,6 +304,8 @@ int main(int argc, char** argv) {
             options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))
             options.culler.polygon_budget = std::uint32_t(std::atoi(value()));
+        else if (!std::strcmp(argv[i], "--patch"))
+            options.finding.patch_polygons = std::uint32_t(std::max(1, std::atoi(value())));
         else if (!std::strcmp(argv[i], "--method"))
             options.methods.push_back(value());
         else

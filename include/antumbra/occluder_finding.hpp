@@ -26,7 +26,7 @@ struct OccluderOptions {
     std::uint32_t inner_shell_triangles = 128;
     std::uint32_t inner_box_resolution = 12; ///< cells along the longest side of an object
     std::uint32_t most_corners = 24;         ///< of one polygon
-    std::uint32_t patch_polygons = 24;       ///< owned by one patch
+    std::uint32_t patch_polygons = 8;        ///< owned by one patch
 };
 
 struct OccluderStatistics {

@@ -97,7 +97,7 @@ void connect_occluders(OccluderSet& set);
 
 /// Fills patches: connected polygons, grown breadth first from the largest, at most `most_polygons` owned by one.
 /// Needs neighbours.
-void group_occluders(OccluderSet& set, std::uint32_t most_polygons = 24);
+void group_occluders(OccluderSet& set, std::uint32_t most_polygons = 8);
 
 /// The set as bytes: chunk OCCL of a .pvs file (docs/format.md, section 6). ErrorCode::usage if check_occluders() refuses
 /// the set; limit if it has more than 2^32 of anything.

@@ -21,6 +21,7 @@ void PatchCoverage::fit(const Screen& screen, const PatchStore& store) {
     auto bits = static_cast<std::size_t>(words) * static_cast<std::size_t>(screen.height);
     covered.assign(bits, 0);
     silhouette.assign(bits, 0);
+    inner.assign(bits, 0);
     nearness.assign(static_cast<std::size_t>(words * kTile * screen.tiles_y), std::numeric_limits<float>::infinity());
     left.resize(static_cast<std::size_t>(screen.height));
     right.resize(static_cast<std::size_t>(screen.height));
@@ -57,9 +58,10 @@ inline void transpose_bytes(std::uint64_t (&w)[kTile]) {
 bool PatchCoverage::tiles(int block_x, int tile_y, std::uint64_t (&bits)[kTile]) const {
     const std::uint64_t* cover = covered.data() + (tile_y * words + block_x) * kTile;
     const std::uint64_t* edges = silhouette.data() + (tile_y * words + block_x) * kTile;
+    const std::uint64_t* within = inner.data() + (tile_y * words + block_x) * kTile;
     std::uint64_t any = 0;
     for (int row = 0; row < kTile; ++row) {
-        bits[row] = cover[row] & ~edges[row];
+        bits[row] = (cover[row] & ~edges[row]) | within[row];
         any |= bits[row];
     }
     if (any == 0)
@@ -77,6 +79,7 @@ void PatchCoverage::clear(const Screen&) {
         std::fill_n(nearness.begin() + at, count * kTile, std::numeric_limits<float>::infinity());
         std::fill_n(covered.begin() + at, count * kTile, 0);
         std::fill_n(silhouette.begin() + at, count * kTile, 0);
+        std::fill_n(inner.begin() + at, count * kTile, 0);
     }
 }
 

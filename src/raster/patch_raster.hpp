@@ -1,14 +1,16 @@
 // Coverage of a patch of polygons, inner-conservative for the patch as a whole.
 //
 // A pixel counts as covered when its centre is covered by a member and no silhouette edge of the patch comes within
-// kEdgeSlack of its square. Members are the polygons that certainly show the eye a side that blocks. An edge is
+// kEdgeSlack of its square, or when a single member covers the square and kEdgeSlack around it: then it does not matter what
+// crosses it before or behind that member. Members are the polygons that certainly show the eye a side that blocks. An edge is
 // silhouette unless a second member lies on its other side as seen from the eye; edges made by clipping always are.
 //
 // Why the whole square is then covered: coverage by the union of the members can only change across an edge that has
 // no member on its other side, and no such edge is in the square; hence the square is covered where its centre is.
 // Computed corners and crossings are within kEdgeSlack / 2 of the true ones, so the marked pixels include all that
 // true silhouettes cross; and a centre which only seems covered lies so close to an edge that either the neighbour
-// covers it or its pixel is marked. What the patch hides in a pixel it hides at least from its farthest member on:
+// covers it or its pixel is marked. Of a single member the square is covered where its borders, which are within
+// kEdgeSlack / 2 of the true ones, stay clear of it by kEdgeSlack. What the patch hides in a pixel it hides at least from its farthest member on:
 // every tile gets the farthest nearness of all members that come near it.
 #pragma once
 
@@ -27,8 +29,9 @@ struct TileRect {
 
 /// One patch at a time: what draw_patch() leaves. Sized once per (screen, store).
 struct PatchCoverage {
-    /// One bit per pixel, in blocks of eight rows by 64 columns: see word_of().
-    std::vector<std::uint64_t> covered, silhouette;
+    /// One bit per pixel, in blocks of eight rows by 64 columns: see word_of(). Centres; squares that silhouettes cross; squares
+    /// that single members cover.
+    std::vector<std::uint64_t> covered, silhouette, inner;
     /// Per tile, rows of words * 8: farthest of the members near it; +infinity where there is none.
     std::vector<float> nearness;
     int words = 0;               ///< per row of pixels
@@ -49,8 +52,8 @@ struct PatchCoverage {
     std::size_t tile_of(int tile_x, int tile_y) const {
         return static_cast<std::size_t>(tile_y * words * kTile + tile_x);
     }
-    /// Bits of the eight tiles of a block of 64 columns: bit (x % 8) + 8 * (y % 8) of tile x / 8 % 8. Covered and clear of
-    /// silhouettes. False if none is.
+    /// Bits of the eight tiles of a block of 64 columns: bit (x % 8) + 8 * (y % 8) of tile x / 8 % 8. Covered, and clear of
+    /// silhouettes or by a single member. False if none is.
     bool tiles(int block_x, int tile_y, std::uint64_t (&bits)[kTile]) const;
     /// Empties the touched tiles.
     void clear(const Screen& screen);

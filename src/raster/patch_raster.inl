@@ -5,6 +5,8 @@
 namespace antumbra {
 namespace {
 
+constexpr float kLeastInner = 4; ///< pixels: smaller members cover next to none by themselves
+
 /// What rasterisation needs of every edge, eight at a time.
 ANTUMBRA_INLINE void find_edges(EdgeLoop& loop) {
     loop.min_x = loop.min_y = 1e9f;
@@ -116,12 +118,55 @@ ANTUMBRA_INLINE RowSpans find_centres(const Screen& screen, const EdgeLoop& loop
     return spans;
 }
 
+/// Of the eight rows of a strip, from which column to which the loop by itself covers whole squares and kEdgeSlack around
+/// them. The left border of a convex loop bulges to the left and the right one to the right: over the height of a row its two
+/// ends decide. Only for rows that lie between the lowest and the highest corner, at least 2 kEdgeSlack away.
+ANTUMBRA_INLINE RowSpans find_inner(const Screen& screen, const EdgeLoop& loop, int strip) {
+    const float width = float(screen.width);
+    RowSpans spans;
+    for (int lane = 0; lane < kLanes; lane += kStep) {
+        const Floats tops = to_floats(count_from(strip * kTile + lane));
+        const Floats low = tops - kEdgeSlack, high = tops + (1 + kEdgeSlack);
+        Floats left = splat(-1e9f), right = splat(1e9f);
+        for (int i = 0; i < loop.count; ++i) {
+            const float y0 = loop.low_y[i], y1 = loop.high_y[i], slope = loop.slope[i];
+            // An edge that counts as level may be crossed anywhere on it: at its innermost end.
+            const float rest = y1 - y0 > kLevel ? 0 : loop.high_x[i] - loop.low_x[i];
+            const float x0 = loop.low_x[i] + ((rest > 0) == (loop.up[i] == 0) ? rest : 0);
+            const Floats a = x0 + (low - y0) * slope, b = x0 + (high - y0) * slope;
+            const Mask at_low = (low >= y0) & (low < y1), at_high = (high >= y0) & (high < y1);
+            if (loop.up[i]) {
+                right = (at_low & (a < right)) ? a : right;
+                right = (at_high & (b < right)) ? b : right;
+            } else {
+                left = (at_low & (a > left)) ? a : left;
+                left = (at_high & (b > left)) ? b : left;
+            }
+        }
+        const Mask between = (tops >= splat(loop.min_y + 2 * kEdgeSlack)) & (tops <= splat(loop.max_y - (1 + 2 * kEdgeSlack)));
+        store(spans.begin + lane, between ? ceil_ints(clamp(left + kEdgeSlack, 0, width)) : splat(screen.width));
+        store(spans.end + lane, between ? floor_ints(clamp(right - kEdgeSlack, 0, width)) : splat(0));
+    }
+    return spans;
+}
+
 /// `first` .. `last` - 1: rows whose centres the loop reaches.
 ANTUMBRA_INLINE void fill_centres(const Screen& screen, PatchCoverage& out, const EdgeLoop& loop, int first, int last) {
     const WordRange words = words_of(loop.min_x - 1, loop.max_x + 1, screen);
     for (int strip = first / kTile; strip * kTile < last; ++strip) {
         const RowSpans spans = find_centres(screen, loop, strip);
         std::uint64_t* bits = out.covered.data() + strip * out.words * kTile;
+        for (int word = words.first; word <= words.last; ++word)
+            set_block(bits + word * kTile, spans, word * 64);
+    }
+}
+
+/// The pixels that the loop covers by itself, whatever silhouettes of other members run through them.
+ANTUMBRA_INLINE void fill_inner(const Screen& screen, PatchCoverage& out, const EdgeLoop& loop, int first, int last) {
+    const WordRange words = words_of(loop.min_x - 1, loop.max_x + 1, screen);
+    for (int strip = first / kTile; strip * kTile < last; ++strip) {
+        const RowSpans spans = find_inner(screen, loop, strip);
+        std::uint64_t* bits = out.inner.data() + strip * out.words * kTile;
         for (int word = words.first; word <= words.last; ++word)
             set_block(bits + word * kTile, spans, word * 64);
     }
@@ -223,6 +268,8 @@ ANTUMBRA_INLINE void draw_polygon(const PatchPolygon& polygon, const Screen& scr
     int last = clamp_int(floor_int(clamp_float(loop.max_y - 0.5f, -1, height)) + 1, 0, screen.height);
     if (first < last)
         fill_centres(screen, out, loop, first, last);
+    if (first < last && loop.max_x - loop.min_x > kLeastInner && loop.max_y - loop.min_y > kLeastInner)
+        fill_inner(screen, out, loop, first, last);
     for (int i = 0; i < loop.count; ++i)
         if (loop.silhouette[i])
             mark_silhouette(screen, out, loop, i);

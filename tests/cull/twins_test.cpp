@@ -59,6 +59,7 @@ TEST(Twins, coverage_of_every_patch_is_the_same_bit_for_bit) {
                 draw(store, p, screen, vector);
                 ASSERT_EQ(scalar.covered, vector.covered);
                 ASSERT_EQ(scalar.silhouette, vector.silhouette);
+                ASSERT_EQ(scalar.inner, vector.inner);
                 ASSERT_EQ(scalar.nearness, vector.nearness);
                 scalar.clear(screen);
                 vector.clear(screen);
