@@ -16,6 +16,7 @@
 #include "peers/peers.hpp"
 
 #include "cull/tangent_table.hpp"
+#include "evaluate/cull_scene.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -180,18 +181,8 @@ void run(const std::string& path, const Options& options) {
     OccluderSet occluders = find_occluders(*scene, options.finding, &found);
     double finding = milliseconds_since(start);
     Tracer tracer = Tracer::build(*scene);
-    std::vector<Box3f> bounds;
-    std::vector<std::uint32_t> flags, triangles;
-    for (const Object& object : scene->objects()) {
-        bounds.push_back(object.bounds);
-        flags.push_back(object.flags);
-        triangles.push_back(object.triangle_count);
-    }
-    CullSceneInput input;
-    input.bounds = bounds;
-    input.flags = flags;
-    input.triangles = triangles;
-    input.occluders = &occluders;
+    const CullSceneObjects objects(*scene);
+    const CullSceneInput input = objects.input(&occluders);
     start = Clock::now();
     CullScene cull_scene = CullScene::create(input);
     double preparing = milliseconds_since(start);
@@ -300,7 +291,13 @@ int main(int argc, char** argv) {
             options.culler.occluder_choice = OccluderChoice(std::atoi(value()));
         else if (!std::strcmp(argv[i], "--prepared"))
             options.prepared = std::atoi(value()) != 0;
-        else if (!std::strcmp(argv[i], "--pixels"))
+        else if (!std::strcmp(argv[i], "--without")) { // a part of planes-published
+            std::string part = value();
+            (part == "joined"   ? options.culler.published.joined
+             : part == "detail" ? options.culler.published.detail
+             : part == "reuse"  ? options.culler.published.reuse
+                                : options.culler.published.adapt) = false;
+        } else if (!std::strcmp(argv[i], "--pixels"))
             options.culler.pixels_per_polygon = float(std::atof(value()));
         else if (!std::strcmp(argv[i], "--budget"))
             options.culler.polygon_budget = std::uint32_t(std::atoi(value()));

@@ -3,6 +3,7 @@
 #include "base/random.hpp"
 #include "cull/opacity_occluders.hpp"
 #include "cull/scene_data.hpp"
+#include "evaluate/cull_scene.hpp"
 #include "mos/choose_list.hpp"
 #include "raster/depth_pyramid.hpp"
 #include "raster/opacity_map.hpp"
@@ -99,13 +100,7 @@ struct Corner {
 
   private:
     Corner() : scene(*Scene::create(*generate("downtown"))), occluders(find_occluders(scene)) {
-        std::vector<Box3f> bounds;
-        for (const Object& object : scene.objects())
-            bounds.push_back(object.bounds);
-        CullSceneInput input;
-        input.bounds = bounds;
-        input.occluders = &occluders;
-        cull_scene = CullScene::create(input);
+        cull_scene = cull_scene_of(scene, occluders);
         View view;
         view.eye = scene.to_local({440, 1.7, 400});
         view.target = view.eye + Vec3d{1, 0, 0.3};

@@ -163,7 +163,8 @@ Result<PvsFile> open_pvs(const std::string& path, const Scene& scene) {
 
 void add_occluder_choice(CLI::App& command, std::string& words) {
     command.add_option("--occluder-choice", words,
-                       "planes: area-angle, projected-size or first-hit (from a prepared --pvs)")
+                       "How planes, tree and opacity methods choose: area-angle, projected-size or first-hit (from a prepared --pvs); "
+                       "masked and hzb always go by projected size")
         ->check(CLI::IsMember({"area-angle", "projected-size", "first-hit"}))
         ->capture_default_str();
 }

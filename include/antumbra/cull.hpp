@@ -83,9 +83,11 @@ class CullScene {
 };
 
 struct PrepareOptions {
-    /// Occluder sets (Coorg, Teller 1997): cells that space is cut into, at most about so many, and occluders for each cell
-    /// and direction; 0: no sets.
-    std::uint32_t leaves = 256, per_set = 64;
+    /// Occluder sets (Coorg, Teller 1997): cells that space is cut into, at most about so many (each leaf of a kd-tree over the
+    /// objects, where it has no more), and occluders for each cell and direction; 0: no sets.
+    std::uint32_t leaves = 4096, per_set = 64;
+    /// Cells of objects with sets of occluders for what is in them (detail objects): upper nodes of that tree.
+    std::uint32_t detail_leaves = 256;
     /// Leaves that have sets by first hit (OccluderChoice::first_hit).
     std::uint32_t first_hit_leaves = 256;
     /// Its cells are the cells of the sets (several together where they are more), and what they do not see is in none of their
@@ -224,6 +226,9 @@ struct PublishedPlanesOptions {
     std::uint64_t cache_bytes = std::uint64_t(32) << 20; ///< relations that a view keeps, at most
     /// Occluders that pay little are left out of a view's set until it is worth more again; false: always the whole set.
     bool adapt = true;
+    /// Parts of the method, to see what each is worth: occluders joined over shared edges; occluders of single objects; relations
+    /// that are used again in later frames.
+    bool joined = true, detail = true, reuse = true;
 };
 
 /// How `opacity` works: the same occluders and guarantee, once for today's processors (bits and masks), once as Poon and
@@ -268,11 +273,15 @@ struct OpacityOptions {
     const OccluderDatabase* database = nullptr;
 };
 
-/// How `planes` chooses its occluders. The choice decides what is found to be hidden, never whether it is.
+/// How `planes`, `planes-published`, `tree`, `tree-fse`, `tree-fme`, `tree-fmc`, and `opacity` and `opacity-published` without a
+/// database, choose their occluders. `masked`, `hzb` and OpacityChoice::by_gain always go by the pixels that a patch may cover
+/// for each of its polygons. The choice decides what is found to be hidden, never whether it is.
 enum class OccluderChoice : std::uint8_t {
     area_angle,     ///< area times cosine over squared distance (Coorg, Teller 1997), searched for anew as the eye moves
     projected_size, ///< the same without the cosine: size over squared distance
-    first_hit,      ///< what most rays of sample views hit first, from the lists of a prepared file; without them area_angle
+    /// What most rays of sample views hit first, from the lists of a prepared file; without them area_angle. The tree methods
+    /// take what else they have room for by area-angle.
+    first_hit,
 };
 
 struct CullerOptions {
@@ -290,8 +299,8 @@ struct CullerOptions {
     /// `masked`: patches are not drawn where their box covers fewer pixels for each of their polygons.
     float pixels_per_polygon = 8;
     OpacityOptions opacity;
-    /// `pvs` needs one of the same objects in the same order; `planes`, `masked` and `hzb` take their occluders from what the cell
-    /// of the eye sees, if one is given. It must outlive the culler.
+    /// `pvs` needs one of the same objects in the same order; all methods that have occluders take them from what the cell of the
+    /// eye sees, if one is given. It must outlive the culler.
     const Pvs* pvs = nullptr;
 };
 

@@ -101,7 +101,7 @@ struct WalkOptions {
     std::uint32_t truth_scale = 1; ///< the item buffer has that many times the picture's width and height, 1..8
     const Pvs* pvs = nullptr;      ///< for the methods that ask a baked file; must belong to the scene
     std::uint32_t occluders = 0;   ///< per frame, for the methods that choose some; 0: their default
-    OccluderChoice occluder_choice = OccluderChoice::area_angle; ///< of `planes`
+    OccluderChoice occluder_choice = OccluderChoice::area_angle; ///< of the methods that choose
     OcclusionTreeOptions tree;     ///< for the methods with occlusion trees
     bool draw = true;              ///< measure drawing, if there is an OpenGL
     std::uint64_t snapshot_bytes = 2'000'000; ///< upper bound of what WalkResult::snapshots holds

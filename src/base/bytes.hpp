@@ -47,6 +47,10 @@ inline bool read_varint(std::span<const std::byte> bytes, std::size_t& at, std::
     return false;
 }
 
+/// Whole numbers of either sign as such without: 0, -1, 1, -2 .. as 0, 1, 2, 3 ..
+inline std::uint64_t zigzag(std::int64_t value) { return (std::uint64_t(value) << 1) ^ std::uint64_t(value >> 63); }
+inline std::int64_t unzigzag(std::uint64_t value) { return std::int64_t(value >> 1) ^ -std::int64_t(value & 1); }
+
 /// Appends to a vector of bytes.
 class ByteWriter {
   public:

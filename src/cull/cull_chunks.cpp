@@ -1,5 +1,6 @@
 // A CullScene as chunks of a .pvs file, and back. Byte layout: docs/format.md, section 6. To add a chunk: encode it in
 // prepare_chunks(), decode it in CullScene::open().
+#include "base/parallel.hpp"
 #include "cull/first_hit_sets.hpp"
 #include "cull/scene_data.hpp"
 #include "cull/set_cells.hpp"
@@ -18,7 +19,9 @@ constexpr const char* kMinimumSets = "MOSD";
 /// Families of chunk OSET.
 enum SetFamily : std::uint32_t {
     kGridFronts = 1, kGridBacks = 2, kGridFirstHits = 3, ///< as they were before cells were a tree; read, not written
-    kFronts = 4, kBacks = 5, kFirstHits = 6,
+    kFronts = 4, ///< best first; read, not written
+    kBacks = 5, kFirstHits = 6,
+    kFrontChanges = 7, ///< by number, in fewer bytes
 };
 
 PvsChunk encode_trees(const CullScene::Data& data) {
@@ -30,12 +33,12 @@ PvsChunk encode_trees(const CullScene::Data& data) {
 
 PvsChunk encode_sets(const OccluderSets& fronts, const OccluderSets& backs, const OccluderSets& first_hits) {
     ByteWriter out;
-    const std::pair<std::uint32_t, const OccluderSets*> families[] = {{kFronts, &fronts}, {kBacks, &backs}, {kFirstHits, &first_hits}};
+    const std::pair<std::uint32_t, const OccluderSets*> families[] = {{kFrontChanges, &fronts}, {kBacks, &backs}, {kFirstHits, &first_hits}};
     out.u32(static_cast<std::uint32_t>(!fronts.empty()) + !backs.empty() + !first_hits.empty());
     for (auto [kind, sets] : families)
         if (!sets->empty()) {
             out.u32(kind);
-            sets->encode(out);
+            kind == kFrontChanges ? sets->encode_changes(out) : sets->encode(out);
         }
     return {kSets, std::move(out.bytes)};
 }
@@ -58,23 +61,37 @@ Status decode_sets(std::span<const std::byte> bytes, CullScene::Data& data) {
             return corrupt(kSets, "it ends too early");
         std::uint32_t kind = load_u32(bytes, at);
         at += 4;
-        if (kind < kGridFronts || kind > kFirstHits)
+        if (kind < kGridFronts || kind > kFrontChanges)
             return corrupt(kSets, "it has a family of an unknown kind");
         bool first_hits = kind == kFirstHits || kind == kGridFirstHits;
         std::size_t items = first_hits ? data.groups.groups.size() : data.occluders.polygons.size();
-        Result<OccluderSets> sets = kind < kFronts ? OccluderSets::decode_grid(bytes, at, items) : OccluderSets::decode(bytes, at, items);
+        Result<OccluderSets> sets = kind < kFronts          ? OccluderSets::decode_grid(bytes, at, items)
+                                    : kind == kFrontChanges ? OccluderSets::decode_changes(bytes, at, items)
+                                                            : OccluderSets::decode(bytes, at, items);
         if (!sets)
             return sets.status();
         for (std::uint32_t polygon : sets->members())
             if (!first_hits && !may_be_in_sets(data.occluders.polygons[polygon]))
                 return corrupt(kSets, "a set has a polygon of too many corners");
-        (first_hits                                  ? data.first_hit_sets
-         : kind == kFronts || kind == kGridFronts ? data.front_sets
-                                                   : data.back_sets) = std::move(*sets);
+        bool backs = kind == kBacks || kind == kGridBacks;
+        (first_hits ? data.first_hit_sets : backs ? data.back_sets : data.front_sets) = std::move(*sets);
     }
     return at == bytes.size() ? Status() : corrupt(kSets, "its size is wrong");
 }
 #endif
+
+OccluderSets make_sets(const CullScene::Data& data, const SpaceCells& cells, const OccluderSetsOptions& options, const Job& job) {
+    if (cells.nodes.empty())
+        return {};
+    std::vector<std::vector<std::uint32_t>> members(std::size_t(cells.leaves) * OccluderSets::kDirections);
+    OccluderSetMaker maker(data.occluders, cells, options);
+    std::vector<OccluderSetMaker::Memory> memories(worker_count(job), OccluderSetMaker::Memory(maker));
+    parallel_for(cells.leaves, job, [&](std::size_t leaf, unsigned worker) {
+        maker.make(static_cast<std::uint32_t>(leaf), memories[worker],
+                   std::span(members).subspan(leaf * OccluderSets::kDirections, OccluderSets::kDirections));
+    });
+    return OccluderSets::of_members(cells, members);
+}
 
 Status decode_trees(std::span<const std::byte> bytes, CullScene::Data& data) {
     std::size_t at = 0;
@@ -107,11 +124,13 @@ Result<std::vector<PvsChunk>> prepare_chunks(const CullScene& scene, const Prepa
         OccluderSetsOptions sets;
         sets.per_set = options.per_set;
         sets.is_seen = cells.is_seen;
-        OccluderSets fronts = OccluderSets::build(data.occluders, cells.cells, sets);
+        sets.order = OccluderSetsOptions::Order::by_number;
+        OccluderSets fronts = make_sets(data, cells.cells, sets, job);
+        sets.order = OccluderSetsOptions::Order::best_first;
         sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
         // What hides an object from a viewer elsewhere need not be seen from where the object is.
         sets.is_seen = nullptr;
-        OccluderSets backs = OccluderSets::build(data.occluders, cells_of_objects(data, options.leaves), sets);
+        OccluderSets backs = make_sets(data, cells_of_objects(data, options.detail_leaves), sets, job);
         if (options.first_hit_leaves != options.leaves)
             cells = choose_set_cells(data, options.pvs, options.first_hit_leaves);
         chunks.push_back(encode_sets(

@@ -69,6 +69,10 @@ std::string_view culler_summary(std::string_view name) {
 Result<CullerPointer> make_culler(std::string_view name, const CullScene& scene, const CullerOptions& options) {
     std::string known;
     for (const Method& method : kMethods) {
+        if (method.name == name && options.pvs && options.pvs->object_count() != scene.object_count())
+            return Status(ErrorCode::mismatch, "the .pvs knows " + std::to_string(options.pvs->object_count()) +
+                                                   " objects, the scene has " + std::to_string(scene.object_count()) +
+                                                   "; bake this scene again");
         if (method.name == name)
             return method.make(scene, options);
         known += (known.empty() ? "" : ", ") + std::string(method.name);

@@ -56,6 +56,7 @@ struct State final : ViewState::Storage {
     std::vector<Candidate> order;     ///< chosen polygons, nearest first; kept as the start for the next frame's order
     std::vector<std::uint32_t> sorted;
     TreeChoice::Memory choice;
+    OccluderInterest interest;
     std::vector<std::uint64_t> hidden_last; ///< by object: hidden by the tree when it last looked
     std::vector<Entry> stack;
     Experience experience[kClasses];
@@ -64,7 +65,7 @@ struct State final : ViewState::Storage {
 class ModernTree final : public Culler {
   public:
     ModernTree(const CullScene& scene, const CullerOptions& options, CullerPointer planes)
-        : scene_(scene), planes_(std::move(planes)), most_(options.occluders), options_(options.tree),
+        : scene_(scene), planes_(std::move(planes)), most_(options.occluders), options_(options.tree), pvs_(options.pvs), occluder_choice_(options.occluder_choice),
           serial_(new_culler_serial()) {
         const CullScene::Data& data = scene.data();
         occluders_ = TreeOccluders::build(data.occluders);
@@ -93,7 +94,8 @@ class ModernTree final : public Culler {
         bool rests = cost(state.experience[0]) >= chance(state.experience[0]) * (options_.object_worth + mean_triangles_);
         if (rests && state.frame % kProbeFrames != 0)
             return;
-        choice_.choose(scene, camera, result.visible, state.hidden_last, most_, state.choice);
+        state.interest.look(scene, occluder_choice_, pvs_, camera);
+        choice_.choose(scene, camera, result.visible, state.hidden_last, state.interest, most_, state.choice);
         result.counters.occluders_used = grow(camera, state, result.counters);
         walk(rests, state, result);
         finish_result(result);
@@ -276,6 +278,8 @@ class ModernTree final : public Culler {
     CullerPointer planes_;
     std::uint32_t most_;
     OcclusionTreeOptions options_;
+    const Pvs* pvs_;
+    OccluderChoice occluder_choice_;
     double size_ = 1, mean_triangles_ = 0;
     std::uint64_t serial_;
     TreeOccluders occluders_;

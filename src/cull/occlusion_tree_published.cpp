@@ -2,6 +2,7 @@
 // area-angle among the visible leaves of the last frame, an occlusion tree of them each frame, a node cost below which
 // nodes are drawn without a test, and marks that save tests of nodes that stay visible in part.
 #include "cull/methods.hpp"
+#include "cull/occluder_interest.hpp"
 #include "cull/result_bits.hpp"
 #include "cull/shadow.hpp"
 #include "cull/view_planes.hpp"
@@ -49,6 +50,7 @@ struct State final : ViewState::Storage {
     std::uint32_t choice = 0;
     std::vector<std::pair<double, std::uint32_t>> candidates;
     std::vector<std::uint32_t> chosen, usable;
+    OccluderInterest interest;
     bool fresh = true;
     Vec3d eye, forward;
     double longest_step = 0;
@@ -57,7 +59,7 @@ struct State final : ViewState::Storage {
 class PublishedTree final : public Culler {
   public:
     PublishedTree(const CullScene& scene, const CullerOptions& options, TreeMethod method, std::string_view name)
-        : scene_(scene), options_(options.tree), most_(options.occluders), method_(method), name_(name),
+        : scene_(scene), options_(options.tree), pvs_(options.pvs), choice_(options.occluder_choice), most_(options.occluders), method_(method), name_(name),
           serial_(new_culler_serial()) {
         const CullScene::Data& data = scene.data();
         KdTreeOptions kd;
@@ -235,6 +237,7 @@ class PublishedTree final : public Culler {
                        : state.longest_step > 0 ? std::max(kStepsOfReach * state.longest_step, kLeastReach * size_)
                                                 : std::numeric_limits<double>::infinity();
         ++state.choice;
+        state.interest.look(scene_.data(), choice_, pvs_, camera);
         state.candidates.clear();
         for (std::uint32_t leaf : state.leaves) {
             if (length(to_double(kd_.nodes[leaf].cell).centre() - camera.eye) > reach)
@@ -244,7 +247,7 @@ class PublishedTree final : public Culler {
                 if (state.seen[i] == state.choice)
                     continue;
                 state.seen[i] = state.choice;
-                double measure = area_angle(set.polygons[potential_[i]], camera);
+                double measure = promise(potential_[i], set.polygons[potential_[i]], camera, state.interest);
                 if (measure > 0)
                     state.candidates.push_back({-measure, potential_[i]});
             }
@@ -257,15 +260,15 @@ class PublishedTree final : public Culler {
             state.chosen.push_back(state.candidates[i].second);
     }
 
-    /// -A (N . V) / |D|^2 with N turned to the eye; 0 for sides that do not block.
-    double area_angle(const OccluderPolygon& polygon, const Camera& camera) const {
+    /// As a rule -A (N . V) / |D|^2 with N turned to the eye; 0 for sides that do not block.
+    double promise(std::uint32_t index, const OccluderPolygon& polygon, const Camera& camera, const OccluderInterest& interest) const {
         int side = facing(polygon, camera);
         if (side == 0)
             return 0;
         Vec3d away = polygon.centre - camera.eye;
         double squared = dot(away, away);
         Vec3d along = options_.area_angle == AreaAngle::viewing_direction ? camera.forward : away / std::sqrt(squared);
-        return -polygon.area * side * dot(polygon.normal, along) / squared;
+        return interest.promise(index, polygon, polygon.area, -side * dot(polygon.normal, along), squared);
     }
 
     // -- the walk -----------------------------------------------------------------------------------------------------
@@ -346,6 +349,8 @@ class PublishedTree final : public Culler {
 
     CullScene scene_;
     OcclusionTreeOptions options_;
+    const Pvs* pvs_;
+    OccluderChoice choice_;
     std::uint32_t most_;
     InnerTest inner_ = options_.inner_tests ? InnerTest::region : InnerTest::none;
     TreeMethod method_;

@@ -6,6 +6,7 @@
 #include "cull/opacity_occluders.hpp"
 #include "cull/occluder_walk.hpp"
 #include "cull/result_bits.hpp"
+#include "cull/seen_patches.hpp"
 #include "raster/opacity_map.hpp"
 #include "raster/opacity_rows.hpp"
 #include "raster/sparse_depth_map.hpp"
@@ -48,9 +49,11 @@ struct Entry {
 };
 
 struct State final : ViewState::Storage {
-    State(const CullScene::Data& scene, float stop_below) : occluders(scene), stop(stop_below) {}
+    State(const CullScene::Data& scene, const CullerOptions& options)
+        : occluders(scene, options.occluder_choice, options.pvs), stop(options.opacity.stop_below) {}
     OpacityOccluders occluders; ///< for OpacityChoice::as_listed
     OccluderWalk walk;          ///< for OpacityChoice::by_gain
+    SeenPatches seen;           ///< with a PVS
     OccluderBrush brush;
     OccluderImage image;
     OpacityMap table;
@@ -65,8 +68,8 @@ struct State final : ViewState::Storage {
 
 class Opacity final : public Culler {
   public:
-    Opacity(const CullScene& scene, const OpacityOptions& options, Kernels kernels)
-        : scene_(scene), options_(options), kernels_(kernels), serial_(new_culler_serial()) {
+    Opacity(const CullScene& scene, const CullerOptions& options, Kernels kernels)
+        : scene_(scene), all_options_(options), options_(all_options_.opacity), kernels_(kernels), serial_(new_culler_serial()) {
         const CullScene::Data& data = scene.data();
         if (!data.tree_box.empty()) {
             Vec3d low = to_double(data.tree_box.min), high = to_double(data.tree_box.max);
@@ -74,7 +77,7 @@ class Opacity final : public Culler {
         }
         for (std::uint32_t object : data.order) {
             double triangles = data.triangles.empty() ? 0 : data.triangles[object];
-            costs_.push_back(costs_.back() + options.object_seconds * (1 + triangles / kTrianglesPerObject));
+            costs_.push_back(costs_.back() + options_.object_seconds * (1 + triangles / kTrianglesPerObject));
         }
         if (chooses_by_gain() && database())
             owners_ = owning_patches(data.occluders);
@@ -96,7 +99,7 @@ class Opacity final : public Culler {
             return finish_result(result);
         if (scene.occluders.polygons.empty())
             result.reason = "the scene has no occluders: frustum only";
-        auto& state = view_state.storage<State>(serial_, scene, options_.stop_below);
+        auto& state = view_state.storage<State>(serial_, scene, all_options_);
         state.stack.reserve(scene.stack_bound);
         Camera camera = camera_of(view);
         FrustumPlanes planes = frustum_planes(camera, scene.tree_box);
@@ -187,6 +190,8 @@ class Opacity final : public Culler {
         const PatchStore& store = scene.patches.store;
         state.brush.fit(screen, store);
         auto draw = [&](std::uint32_t patch) {
+            if (all_options_.pvs && !state.seen.holds(*all_options_.pvs, scene, camera.eye, patch))
+                return;
             if (counters.polygons_drawn + store.patches[patch].polygon_count > options_.occluders) {
                 counters.budget_spent = true;
                 return;
@@ -303,7 +308,8 @@ class Opacity final : public Culler {
     }
 
     CullScene scene_;
-    OpacityOptions options_;
+    CullerOptions all_options_;
+    const OpacityOptions& options_; ///< of these
     Kernels kernels_;
     double extent_ = 1;
     std::vector<std::uint32_t> owners_; ///< per polygon its patch, where there is a database
@@ -336,7 +342,7 @@ Result<CullerPointer> make_opacity(const CullScene& scene, const CullerOptions& 
                       "this processor lacks the instruction set that was asked for; use automatic");
     if (Status status = check(scene, options.opacity); !status)
         return status;
-    return CullerPointer(std::make_unique<Opacity>(scene, options.opacity, kernels));
+    return CullerPointer(std::make_unique<Opacity>(scene, options, kernels));
 }
 
 } // namespace antumbra

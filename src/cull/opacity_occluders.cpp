@@ -43,8 +43,8 @@ bool is_in_view(const FrustumPlanes& planes, std::size_t count, Corner corner) {
 
 } // namespace
 
-OpacityOccluders::OpacityOccluders(const CullScene::Data& scene)
-    : layout_(scene.occluders), taken_at_(scene.occluders.polygons.size(), 0),
+OpacityOccluders::OpacityOccluders(const CullScene::Data& scene, OccluderChoice choice, const Pvs* pvs)
+    : choice_(choice), pvs_(pvs), layout_(scene.occluders), taken_at_(scene.occluders.polygons.size(), 0),
       patch_of_(scene.occluders.polygons.size(), kNoPatch) {
     if (!scene.tree_box.empty())
         size_ = length(to_double(scene.tree_box.max) - to_double(scene.tree_box.min));
@@ -61,16 +61,19 @@ void OpacityOccluders::choose(const CullScene::Data& scene, const OccluderDataba
         std::fill(taken_at_.begin(), taken_at_.end(), 0);
         round_ = 1;
     }
+    interest_.look(scene, choice_, pvs_, camera);
     if (database)
         choose_from(scene, *database, camera, planes);
+    else if (!interest_.first_hits().empty())
+        take_groups(scene, interest_.first_hits(), planes);
     else
-        choose_by_size(scene, camera, planes);
+        choose_by_promise(scene, camera, planes);
 }
 
 /// True if it was taken.
 bool OpacityOccluders::take(const CullScene::Data& scene, std::uint32_t index, const FrustumPlanes& planes) {
     const OccluderPolygon& polygon = scene.occluders.polygons[index];
-    if (taken_at_[index] == round_ || !(area_angle(polygon, camera_) > 0))
+    if (taken_at_[index] == round_ || !(area_angle(polygon, camera_) > 0) || !interest_.is_seen(polygon))
         return false;
     if (polygon.synthetic && !scene.occluders.solids[polygon.solid].serves(start_))
         return false;
@@ -82,15 +85,21 @@ bool OpacityOccluders::take(const CullScene::Data& scene, std::uint32_t index, c
     return true;
 }
 
-void OpacityOccluders::choose_by_size(const CullScene::Data& scene, const Camera& camera,
-                                      const FrustumPlanes& planes) {
-    auto score_of = [&](std::uint32_t group) {
-        double sum = 0;
-        for (std::uint32_t m = 0; m < scene.groups.groups[group].count; ++m)
-            sum += area_angle(scene.occluders.polygons[scene.groups.members[scene.groups.groups[group].first + m]],
-                              camera);
-        return sum;
-    };
+/// Of a whole group: what its polygons that show a side that blocks promise together.
+double OpacityOccluders::promise(const CullScene::Data& scene, std::uint32_t group) const {
+    const ConvexGroups::Group& candidate = scene.groups.groups[group];
+    double sum = 0;
+    for (std::uint32_t m = candidate.first; m < candidate.first + candidate.count; ++m)
+        if (const OccluderPolygon& polygon = scene.occluders.polygons[scene.groups.members[m]]; interest_.is_seen(polygon))
+            sum += area_angle(polygon, camera_);
+    if (choice_ == OccluderChoice::projected_size && !camera_.orthographic && sum > 0)
+        return double(area_angle_bound(static_cast<float>(candidate.area), candidate.box,
+                                       Vec3f{float(camera_.eye.x), float(camera_.eye.y), float(camera_.eye.z)}));
+    return sum;
+}
+
+void OpacityOccluders::choose_by_promise(const CullScene::Data& scene, const Camera& camera, const FrustumPlanes& planes) {
+    auto score_of = [&](std::uint32_t group) { return promise(scene, group); };
     double moved = length(camera.eye - searched_from_);
     bool search_all = !searched_ || !(moved <= kJump * size_);
     if (search_all || (moved > kStep * size_ && !search_.running())) {
@@ -102,7 +111,12 @@ void OpacityOccluders::choose_by_size(const CullScene::Data& scene, const Camera
     if (search_.running())
         search_.advance(scene.occluder_tree, search_all ? kStepsAtOnce : partial_ ? 8 * kStepsPerFrame : kStepsPerFrame,
                         score_of);
-    for (std::uint32_t group : partial_ ? search_.found_so_far() : search_.found()) {
+    take_groups(scene, partial_ ? search_.found_so_far() : search_.found(), planes);
+}
+
+void OpacityOccluders::take_groups(const CullScene::Data& scene, std::span<const std::uint32_t> groups,
+                                   const FrustumPlanes& planes) {
+    for (std::uint32_t group : groups) {
         const ConvexGroups::Group& g = scene.groups.groups[group];
         if (!is_in_view(g.box, planes))
             continue;

@@ -1,6 +1,7 @@
 // Supporting planes in their modern form (docs/methods/planes.md): the viewpoint is fixed for a frame, so the planes
 // of one occluder serve all boxes; eight boxes are tested at a time; the occluder that hid a node last frame is
 // tried first; occluders whose shadow a node does not touch are not tried below it.
+#include "cull/joined_shadows.hpp"
 #include "cull/methods.hpp"
 #include "cull/result_bits.hpp"
 #include "cull/shadow.hpp"
@@ -21,6 +22,8 @@ constexpr std::uint16_t kIdle = 24;  ///< frames that an occluder may hide nothi
 constexpr std::uint16_t kRest = 48;  ///< frames until it is tried again
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
 constexpr double kStep = 0.002;              ///< who moves less keeps the occluders found
+constexpr std::uint32_t kJoinEvery = 4;        ///< frames in which a box is put once to several shadows together
+constexpr int kJoinTries = 4;                  ///< shadows that others are joined to
 constexpr std::uint8_t kNoSlot = 0xFF;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
 
@@ -43,6 +46,7 @@ struct State final : ViewState::Storage {
     std::vector<std::uint32_t> slot_group;
     std::vector<std::uint8_t> slot_of;     ///< per group
     std::vector<std::uint32_t> last;       ///< per child of every wide node: the group that hid it
+    std::vector<std::uint32_t> joined;     ///< the same, the first of several that hid it together
     std::vector<Entry> stack;
 };
 
@@ -86,6 +90,7 @@ class Planes final : public Culler {
             state.fresh = false;
             state.slot_of.assign(scene.groups.groups.size(), kNoSlot);
             state.last.assign(scene.wide.size() * kWidth, kNoGroup);
+            state.joined.assign(scene.wide.size() * kWidth, kNoGroup);
             state.hid.assign(scene.groups.groups.size(), 0);
             state.tried.assign(scene.groups.groups.size(), 0);
             state.frame = kIdle + kRest; // nobody has been tried
@@ -234,6 +239,10 @@ class Planes final : public Culler {
                 int slot = std::countr_zero(rest);
                 std::uint32_t child = node.child[slot];
                 std::uint64_t occluders = entry.relevant ? relevant[slot] : 0;
+                if ((occluders & (occluders - 1)) && is_hidden_by_several(entry.node, slot, occluders, planes, verdicts.crossing[slot], state)) {
+                    ++result.counters.hidden_by_planes;
+                    continue;
+                }
                 if (child & kObjectChild)
                     mark_visible(result, child & ~kObjectChild);
                 else if (verdicts.crossing[slot] || occluders)
@@ -281,6 +290,20 @@ class Planes final : public Culler {
         return alive;
     }
 
+    /// What no shadow holds alone: every so-manieth frame, and always who was hidden like that the last time.
+    bool is_hidden_by_several(std::uint32_t index, int slot, std::uint64_t relevant, const FrustumPlanes& view, std::uint32_t crossing,
+                              State& state) const {
+        std::uint32_t place = index * kWidth + static_cast<std::uint32_t>(slot), group = state.joined[place];
+        int preferred = group == kNoGroup || state.slot_of[group] == kNoSlot || !(relevant >> state.slot_of[group] & 1) ? -1 : state.slot_of[group];
+        if (group == kNoGroup && (place + state.frame) % kJoinEvery != 0)
+            return false;
+        JoinedShadows joined = find_joined_shadows(scene_.data().wide[index].box(slot), state.shadows, relevant, preferred, kJoinTries, view, crossing);
+        state.joined[place] = joined.first < 0 ? kNoGroup : state.slot_group[std::size_t(joined.first)];
+        for (; joined.used; joined.used &= joined.used - 1)
+            state.hid[state.slot_group[std::size_t(std::countr_zero(joined.used))]] = state.frame;
+        return joined.first >= 0;
+    }
+
     CullScene scene_;
     const Pvs* pvs_;
     OccluderChoice choice_;
@@ -294,9 +317,6 @@ class Planes final : public Culler {
 } // namespace
 
 Result<CullerPointer> make_planes(const CullScene& scene, const CullerOptions& options) {
-    if (options.pvs && options.pvs->object_count() != scene.object_count())
-        return Status(ErrorCode::mismatch, "the PVS has " + std::to_string(options.pvs->object_count()) +
-                                               " objects, the scene " + std::to_string(scene.object_count()));
     if (options.occluders > kMostOccluders)
         return Status(ErrorCode::usage, std::to_string(options.occluders) + " occluders are more than planes takes; use at most 64");
     BoxKernel boxes = box_kernel(options.instruction_set);

@@ -3,6 +3,7 @@
 // viewer moves. Full occlusion: the viewpoint is on the inner side of all supporting planes; partial: of all separating
 // planes. Occluders that hide a node in part are handed to its children.
 #include "cull/methods.hpp"
+#include "cull/occluder_interest.hpp"
 #include "cull/relations.hpp"
 #include "cull/result_bits.hpp"
 #include "cull/set_cells.hpp"
@@ -12,6 +13,9 @@
 #include "tree/kd_tree.hpp"
 
 #include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
 
 namespace antumbra {
 namespace {
@@ -20,14 +24,24 @@ constexpr std::uint32_t kMostListed = 256;     ///< occluders of one view
 constexpr std::uint32_t kDetailOccluders = 16; ///< of one detail object
 constexpr std::uint32_t kChanges = 8;          ///< of the set, per frame
 constexpr std::uint32_t kLeastInUse = 8;       ///< the set does not shrink below
+constexpr std::size_t kLeavesKept = 32;        ///< whose sets a view has made
 constexpr std::uint32_t kTrialFrames = 16;     ///< after which the size of the set is thought over
 
 struct Entry {
     std::uint32_t node, first, count; ///< occluders: list[first .. first + count)
 };
 
+/// Sets of one leaf, by direction, where no file has them.
+struct LeafSets {
+    std::uint32_t leaf = 0, last_used = 0; ///< 0: never
+    std::array<std::vector<std::uint32_t>, OccluderSets::kDirections> sets;
+};
+
 struct State final : ViewState::Storage {
+    std::array<LeafSets, kLeavesKept> leaves;
+    std::optional<OccluderSetMaker::Memory> making;
     RelationCache cache;
+    OccluderInterest interest;
     std::vector<Entry> stack;
     std::vector<std::uint32_t> list;
     std::vector<std::uint32_t> current;            ///< the occluder set, which changes little by little
@@ -45,23 +59,12 @@ struct State final : ViewState::Storage {
 class PublishedPlanes final : public Culler {
   public:
     PublishedPlanes(const CullScene& scene, const CullerOptions& options)
-        : scene_(scene), options_(options.published), most_(std::min(options.occluders, kMostListed)),
+        : scene_(scene), options_(options.published), choice_(options.occluder_choice), pvs_(options.pvs), most_(std::min(options.occluders, kMostListed)),
           serial_(new_culler_serial()) {
         const CullScene::Data& data = scene.data();
         build_tree();
-        OccluderSetsOptions sets;
-        sets.per_set = most_;
-        sets.most_corners = kMostEdges;
-        sets_ = data.front_sets;
-        detail_sets_ = data.back_sets;
-        SpaceCells cells;
-        if ((sets_.empty() || detail_sets_.empty()) && most_ > 0)
-            cells = cells_of_objects(data, PrepareOptions{}.leaves);
-        if (sets_.empty())
-            sets_ = OccluderSets::build(data.occluders, cells, sets);
-        sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
-        if (detail_sets_.empty())
-            detail_sets_ = OccluderSets::build(data.occluders, cells, sets);
+        if (most_ > 0)
+            find_sets(options.pvs);
         const Box3f& box = data.tree_box;
         if (!box.empty())
             extent_ = length(to_double(box.max)) + length(to_double(box.min));
@@ -84,6 +87,72 @@ class PublishedPlanes final : public Culler {
     }
 
   private:
+    /// The sets of a prepared file, if it has those that are asked for, else made now, for the cells of the PVS if there is one.
+    void find_sets(const Pvs* pvs) {
+        const CullScene::Data& data = scene_.data();
+        OccluderSetsOptions sets;
+        sets.per_set = most_;
+        sets.most_corners = kMostEdges;
+        if (choice_ == OccluderChoice::first_hit)
+            sets_ = polygons_of(data, data.first_hit_sets);
+        else if (choice_ == OccluderChoice::area_angle)
+            sets_ = data.front_sets;
+        else
+            sets.measure = OccluderSetsOptions::Measure::projected_size;
+        if (sets_.empty()) {
+            SetCells cells = choose_set_cells(data, pvs, PrepareOptions{}.leaves);
+            sets.is_seen = cells.is_seen;
+            sets.order = OccluderSetsOptions::Order::by_number; // as in files
+            cells_ = std::move(cells.cells);
+            if (!cells_.nodes.empty())
+                maker_ = std::make_unique<OccluderSetMaker>(data.occluders, cells_, sets);
+            sets.order = OccluderSetsOptions::Order::best_first;
+            sets.is_seen = nullptr; // what hides an object from a viewer elsewhere need not be seen from where it is
+        }
+        sets.shown = OccluderSetsOptions::Shown::backs; // what turns its front to the viewer turns its back to the object
+        detail_sets_ = data.back_sets;
+        if (detail_sets_.empty())
+            detail_sets_ = OccluderSets::build(data.occluders, cells_of_objects(data, PrepareOptions{}.detail_leaves), sets);
+    }
+
+    /// The set of the viewer's leaf and direction. What is not in a file is made when a viewer enters a leaf, and kept for a while.
+    std::span<const std::uint32_t> target_set(const Camera& camera, State& state) const {
+        if (!maker_)
+            return sets_.at(camera.eye, camera.forward);
+        std::uint32_t leaf = cells_.find(camera.eye);
+        if (!state.making)
+            state.making.emplace(*maker_);
+        LeafSets* oldest = &state.leaves[0];
+        for (LeafSets& known : state.leaves) {
+            if (known.leaf == leaf && known.last_used != 0) {
+                oldest = &known;
+                break;
+            }
+            if (known.last_used < oldest->last_used)
+                oldest = &known;
+        }
+        if (oldest->leaf != leaf || oldest->last_used == 0)
+            maker_->make(leaf, *state.making, oldest->sets);
+        oldest->leaf = leaf;
+        oldest->last_used = state.frame;
+        return oldest->sets[OccluderSets::direction_of(camera.forward)];
+    }
+
+    /// Sets of groups as sets of their polygons.
+    OccluderSets polygons_of(const CullScene::Data& data, const OccluderSets& of_groups) const {
+        if (of_groups.empty())
+            return {};
+        std::vector<std::vector<std::uint32_t>> members(of_groups.cells().leaves * OccluderSets::kDirections);
+        for (std::size_t set = 0; set < members.size(); ++set)
+            for (std::uint32_t number : of_groups.of_leaf(set / OccluderSets::kDirections, set % OccluderSets::kDirections)) {
+                const ConvexGroups::Group& group = data.groups.groups[number];
+                for (std::uint32_t m = group.first; m < group.first + group.count && members[set].size() < most_; ++m)
+                    if (data.occluders.polygons[data.groups.members[m]].count <= kMostEdges)
+                        members[set].push_back(data.groups.members[m]);
+            }
+        return OccluderSets::of_members(of_groups.cells(), members);
+    }
+
     /// Cells of the kd-tree, and in place of each what it holds of its objects' boxes: empty space hides behind nothing.
     void build_tree() {
         const CullScene::Data& scene = scene_.data();
@@ -126,8 +195,7 @@ class PublishedPlanes final : public Culler {
     /// The set of the viewer's leaf and direction, approached by a few members per frame; at first and after a jump at
     /// once.
     void follow_set(const Camera& camera, State& state) const {
-        std::span<const std::uint32_t> target = sets_.at(camera.eye, camera.forward);
-        target = target.first(std::min<std::size_t>(target.size(), most_));
+        std::span<const std::uint32_t> target = target_set(camera, state);
         for (std::uint32_t polygon : target)
             state.in_target[polygon] = state.frame;
         auto is_wanted = [&](std::uint32_t polygon) { return state.in_target[polygon] == state.frame; };
@@ -146,27 +214,27 @@ class PublishedPlanes final : public Culler {
         for (std::uint32_t polygon : state.current)
             state.in_current[polygon] = state.frame;
         for (std::uint32_t polygon : target)
-            if (state.current.size() < most_ && changes < 2 * kChanges && state.in_current[polygon] != state.frame) {
+            if (changes < 2 * kChanges && state.in_current[polygon] != state.frame) {
                 state.current.push_back(polygon);
                 ++changes;
             }
     }
 
-    /// "- a (N . V) / |D|^2", with the viewing direction V as in the paper.
-    double area_angle(std::uint32_t polygon, const Camera& camera) const {
+    /// As a rule "- a (N . V) / |D|^2", with the viewing direction V as in the paper.
+    double promise(std::uint32_t polygon, const Camera& camera, const OccluderInterest& interest) const {
         const OccluderPolygon& p = scene_.data().occluders.polygons[polygon];
-        if (camera.orthographic)
-            return p.area * std::abs(dot(p.normal, camera.forward));
         Vec3d sight = p.centre - camera.eye;
-        return p.area * std::abs(dot(p.normal, camera.forward)) / (dot(sight, sight) + 0.05 * p.area);
+        double squared = camera.orthographic ? 1 : dot(sight, sight) + 0.05 * p.area;
+        return interest.promise(polygon, p, p.area, std::abs(dot(p.normal, camera.forward)), squared);
     }
 
-    /// The usable members of the set, those of the largest area-angle first, as many as pay.
+    /// The usable members of the set, those that promise most first, as many as pay; with a PVS what the cell sees.
     void list_occluders(const Camera& camera, const SightStart& sight, State& state) const {
         state.ranked.clear();
+        state.interest.look(scene_.data(), choice_, pvs_, camera);
         for (std::uint32_t polygon : state.current)
-            if (is_usable(polygon, sight, state))
-                state.ranked.push_back({-area_angle(polygon, camera), polygon});
+            if (is_usable(polygon, sight, state) && state.interest.is_seen(scene_.data().occluders.polygons[polygon]))
+                state.ranked.push_back({-promise(polygon, camera, state.interest), polygon});
         std::sort(state.ranked.begin(), state.ranked.end());
         for (const auto& [score, polygon] : state.ranked) {
             if (state.list.size() >= state.in_use)
@@ -196,6 +264,8 @@ class PublishedPlanes final : public Culler {
             prepare(state);
         ++state.frame;
         state.cache.begin_frame();
+        if (!options_.reuse)
+            state.cache.reset(options_.cache_bytes);
         state.list.clear();
         state.stack.clear();
         state.viewpoint = camera.orthographic ? Viewpoint(-camera.forward, 0) : Viewpoint(camera.eye, 1);
@@ -276,7 +346,7 @@ class PublishedPlanes final : public Culler {
                 ++below.count;
             }
         }
-        return below.count > 1 && is_hidden_together(entry.node, box, below, state, counters);
+        return options_.joined && below.count > 1 && is_hidden_together(entry.node, box, below, state, counters);
     }
 
     /// Nothing of the box is behind the occluder's plane, as seen from the eye.
@@ -362,7 +432,7 @@ class PublishedPlanes final : public Culler {
     /// centre. They are tested against the whole box.
     bool is_hidden_detail(std::uint32_t object, const Camera& camera, const SightStart& sight, State& state,
                           CullCounters& counters) const {
-        if (most_ == 0)
+        if (most_ == 0 || !options_.detail)
             return false;
         const Box3f& box = scene_.data().bounds[object];
         Vec3d centre = to_double(box).centre();
@@ -403,10 +473,14 @@ class PublishedPlanes final : public Culler {
 
     CullScene scene_;
     PublishedPlanesOptions options_;
+    OccluderChoice choice_;
+    const Pvs* pvs_;
     std::uint32_t most_;
     KdTree tree_;
     std::vector<Box3f> boxes_; ///< per node: what it holds of its objects' boxes
     OccluderSets sets_, detail_sets_;
+    SpaceCells cells_;                        ///< where sets_ is empty: of what maker_ makes
+    std::unique_ptr<OccluderSetMaker> maker_;
     double extent_ = 1;
     std::uint64_t serial_;
 };

@@ -188,10 +188,6 @@ class PvsCuller final : public Culler {
 Result<CullerPointer> make_pvs(const CullScene& scene, const CullerOptions& options) {
     if (!options.pvs)
         return Status(ErrorCode::usage, "the method 'pvs' needs a baked .pvs file");
-    if (options.pvs->object_count() != scene.object_count())
-        return Status(ErrorCode::mismatch, "the .pvs knows " + std::to_string(options.pvs->object_count()) +
-                                               " objects, the scene has " + std::to_string(scene.object_count()) +
-                                               "; bake this scene again");
     BoxKernel kernel = box_kernel(options.instruction_set);
     if (!kernel)
         return Status(ErrorCode::unsupported, "this processor lacks the instruction set that was asked for; use automatic");

@@ -88,17 +88,19 @@ TreeChoice TreeChoice::build(const CullScene::Data& scene, const TreeOccluders& 
 }
 
 /// -A (N . V) / |D|^2 with V along the line of sight, less for what is so near that it would outweigh all.
-float TreeChoice::area_angle(const Listed& polygon, const Vec3f& eye) {
+float TreeChoice::promise(const CullScene::Data& scene, const Listed& polygon, const Vec3f& eye, const OccluderInterest& interest) {
     Vec3f sight = polygon.centre - eye;
     float squared = dot(sight, sight) + 0.05f * polygon.area;
     float towards = -dot(polygon.normal, sight);
     if (towards < 0)
         towards = polygon.double_sided ? -towards : 0;
-    return polygon.area * towards / (squared * std::sqrt(squared));
+    return static_cast<float>(interest.promise(polygon.polygon, scene.occluders.polygons[polygon.polygon], double(polygon.area),
+                                               double(towards / std::sqrt(squared)), double(squared)));
 }
 
 void TreeChoice::choose(const CullScene::Data& scene, const Camera& camera, std::span<const std::uint64_t> visible,
-                        std::span<const std::uint64_t> hidden, std::uint32_t most, Memory& memory) const {
+                        std::span<const std::uint64_t> hidden, const OccluderInterest& interest, std::uint32_t most,
+                        Memory& memory) const {
     std::uint32_t objects = 0;
     for (std::size_t word = 0; word < visible.size(); ++word)
         objects += static_cast<std::uint32_t>(std::popcount(visible[word] & ~hidden[word]));
@@ -115,7 +117,7 @@ void TreeChoice::choose(const CullScene::Data& scene, const Camera& camera, std:
                 if (memory.looked[index] == memory.choice)
                     continue;
                 memory.looked[index] = memory.choice;
-                if (float measure = area_angle(listed_[index], eye); measure > 0)
+                if (float measure = promise(scene, listed_[index], eye, interest); measure > 0)
                     memory.candidates.push_back({-measure, index});
             }
         }

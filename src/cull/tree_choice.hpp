@@ -1,6 +1,7 @@
 // Which occluders `tree` puts into the occlusion tree of a frame: polygons of objects that are known to be seen.
 #pragma once
 
+#include "cull/occluder_interest.hpp"
 #include "cull/scene_data.hpp"
 #include "cull/view_planes.hpp"
 #include "occlusion_tree/tree_occluders.hpp"
@@ -22,12 +23,12 @@ class TreeChoice {
     /// O(polygons * objects that they touch), bounded for each polygon.
     static TreeChoice build(const CullScene::Data& scene, const TreeOccluders& occluders);
 
-    /// Up to `most` polygons of the largest area-angle (Bittner, Havran, Slavik 1998, section 3) among those that touch objects
-    /// of `visible` without `hidden` (bits over objects): what a hidden object hides is hidden by what hides it. All of them
+    /// Up to `most` polygons that promise most (`interest` has looked), as a rule by area-angle (Bittner, Havran, Slavik 1998,
+    /// section 3), among those that touch objects of `visible` without `hidden` (bits over objects): what a hidden object hides is hidden by what hides it. All of them
     /// show a side that blocks, with nothing of it nearer than the near plane, and may be in view. A pure function of its
     /// arguments.
     void choose(const CullScene::Data& scene, const Camera& camera, std::span<const std::uint64_t> visible,
-                std::span<const std::uint64_t> hidden, std::uint32_t most, Memory& memory) const;
+                std::span<const std::uint64_t> hidden, const OccluderInterest& interest, std::uint32_t most, Memory& memory) const;
 
   private:
     /// What the choice looks at, together in memory.
@@ -38,7 +39,7 @@ class TreeChoice {
         bool double_sided;
         Box3f box;
     };
-    static float area_angle(const Listed& polygon, const Vec3f& eye);
+    static float promise(const CullScene::Data& scene, const Listed& polygon, const Vec3f& eye, const OccluderInterest& interest);
 
     std::vector<Listed> listed_;                          ///< the largest first
     std::vector<std::uint32_t> first_polygon_, polygons_; ///< per object: places in listed_

@@ -7,22 +7,33 @@
 
 namespace antumbra {
 
-/// Reads `occluders` only during the call.
-inline CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
+/// What a CullSceneInput of the scene refers to; must outlive it.
+struct CullSceneObjects {
     std::vector<Box3f> bounds;
     std::vector<std::uint32_t> flags, triangles;
-    for (const Object& object : scene.objects()) {
-        bounds.push_back(object.bounds);
-        flags.push_back(object.flags);
-        triangles.push_back(object.triangle_count);
+    Vec3d origin;
+
+    explicit CullSceneObjects(const Scene& scene) : origin(scene.origin()) {
+        for (const Object& object : scene.objects()) {
+            bounds.push_back(object.bounds);
+            flags.push_back(object.flags);
+            triangles.push_back(object.triangle_count);
+        }
     }
-    CullSceneInput input;
-    input.bounds = bounds;
-    input.flags = flags;
-    input.triangles = triangles;
-    input.origin = scene.origin();
-    input.occluders = &occluders;
-    return CullScene::create(input);
+    CullSceneInput input(const OccluderSet* occluders) const {
+        CullSceneInput result;
+        result.bounds = bounds;
+        result.flags = flags;
+        result.triangles = triangles;
+        result.origin = origin;
+        result.occluders = occluders;
+        return result;
+    }
+};
+
+/// Reads `occluders` only during the call.
+inline CullScene cull_scene_of(const Scene& scene, const OccluderSet& occluders) {
+    return CullScene::create(CullSceneObjects(scene).input(&occluders));
 }
 
 /// From the chunks of a prepared file, or, where it has none or there is none, from occluders found now.

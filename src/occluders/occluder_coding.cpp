@@ -5,6 +5,8 @@
 #include "base/bytes.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <string>
 
 namespace antumbra {
@@ -28,7 +30,11 @@ struct Counts {
                solids * kSolidBytes + patches * kPatchBytes + patch_polygons * kPatchPolygonBytes +
                restricted * kRestrictedBytes;
     }
+    std::uint64_t items() const { return vertices + corners + polygons + solids + patches + patch_polygons + restricted; }
 };
+
+/// Forms of the chunk: numbers of four bytes each, as written before; or small numbers in few bytes.
+enum Form : std::uint32_t { kWide = 0, kCompact = 1 };
 
 class Decoder {
   public:
@@ -38,9 +44,16 @@ class Decoder {
         if (bytes_.size() < kHeaderBytes)
             return corrupt("it is too short");
         counts_ = {u32(), u32(), u32(), u32(), u32(), u32(), u32()};
-        at_ = kHeaderBytes;
-        if (counts_.bytes() != bytes_.size())
+        std::uint32_t form = u32();
+        compact_ = form == kCompact;
+        // Of a compact one every item takes a byte at least.
+        if (form > kCompact || (compact_ ? counts_.items() > bytes_.size() : counts_.bytes() != bytes_.size()))
             return corrupt("its size contradicts the numbers at its start");
+        if (compact_) {
+            scale_ = std::bit_cast<float>(u32());
+            if (!(scale_ >= 0 && scale_ <= kLargest))
+                return corrupt("the step of its grid makes no sense");
+        }
         if (!read_vertices())
             return corrupt("a vertex is not finite or beyond 1e17");
         if (!read_polygons())
@@ -50,52 +63,116 @@ class Decoder {
             return corrupt("its patches contradict their number");
         if (!read_restrictions())
             return corrupt("a solid is restricted that does not exist, or to no place");
+        if (failed_ || at_ != bytes_.size())
+            return corrupt("its size contradicts the numbers at its start");
         if (Status status = check_occluders(set_); !status)
             return corrupt(status.message());
         return finish();
     }
 
   private:
-    std::uint32_t u32() { return load_u32(bytes_, (at_ += 4) - 4); }
-    float f32() { return load_f32(bytes_, (at_ += 4) - 4); }
+    /// Zero beyond the end, which the caller finds out at the end.
+    std::uint32_t u32() {
+        if (bytes_.size() - at_ < 4) {
+            failed_ = true;
+            return 0;
+        }
+        return load_u32(bytes_, (at_ += 4) - 4);
+    }
+    float f32() { return std::bit_cast<float>(u32()); }
     Vec3f vec3() {
         float x = f32(), y = f32(), z = f32();
         return {x, y, z};
     }
+    std::uint32_t varint() {
+        std::uint64_t value = 0;
+        if (!read_varint(bytes_, at_, value))
+            failed_ = true;
+        return static_cast<std::uint32_t>(value);
+    }
+    /// A number that is small or near the one before it.
+    std::uint32_t count() { return compact_ ? varint() : u32(); }
+    std::uint32_t near(std::uint32_t before) {
+        if (!compact_)
+            return u32();
+        std::uint64_t value = 0;
+        if (!read_varint(bytes_, at_, value))
+            failed_ = true;
+        return before + static_cast<std::uint32_t>(unzigzag(value));
+    }
 
     bool read_vertices() {
         set_.vertices.reserve(std::size_t(counts_.vertices));
+        std::uint32_t before[3] = {0, 0, 0};
         for (std::uint64_t v = 0; v < counts_.vertices; ++v) {
-            set_.vertices.push_back(vec3());
+            Vec3f vertex;
+            if (scale_ > 0) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    before[axis] = near(before[axis]);
+                    vertex[axis] = static_cast<float>(double(static_cast<std::int32_t>(before[axis])) * double(scale_));
+                }
+            } else {
+                vertex = vec3();
+            }
+            set_.vertices.push_back(vertex);
             for (int axis = 0; axis < 3; ++axis)
-                if (!(std::abs(set_.vertices.back()[axis]) <= kLargest))
+                if (!(std::abs(vertex[axis]) <= kLargest))
                     return false;
-        }
-        set_.loops.reserve(std::size_t(counts_.corners));
-        set_.neighbours.reserve(std::size_t(counts_.corners));
-        for (std::uint64_t i = 0; i < counts_.corners; ++i) {
-            set_.loops.push_back(u32());
-            set_.neighbours.push_back(u32());
         }
         return true;
     }
 
+    std::uint32_t neighbour(std::uint32_t polygon) {
+        if (!compact_)
+            return u32();
+        std::uint64_t value = 0;
+        if (!read_varint(bytes_, at_, value))
+            failed_ = true;
+        if (value == 0)
+            return kNoPolygon;
+        auto other = static_cast<std::uint32_t>(polygon + unzigzag((value - 1) >> 1));
+        return (other & ~kSameDirection) | ((value - 1) & 1 ? kSameDirection : 0);
+    }
+
+    /// Wide: all corners, then the polygons; compact: all polygons, then the corners.
     bool read_polygons() {
+        set_.loops.reserve(std::size_t(counts_.corners));
+        set_.neighbours.reserve(std::size_t(counts_.corners));
+        for (std::uint64_t i = 0; i < counts_.corners && !compact_; ++i) {
+            set_.loops.push_back(u32());
+            set_.neighbours.push_back(u32());
+        }
         std::uint64_t first = 0;
+        std::uint32_t object = 0, solid = 0;
         set_.polygons.resize(std::size_t(counts_.polygons));
         for (OccluderPolygon& polygon : set_.polygons) {
             polygon.first = static_cast<std::uint32_t>(first);
-            polygon.count = u32();
-            polygon.object = u32();
-            std::uint32_t flags = u32();
+            std::uint32_t flags = 0;
+            if (compact_) {
+                polygon.count = varint();
+                flags = polygon.count & 3;
+                polygon.count >>= 2;
+            } else {
+                polygon.count = u32();
+            }
+            polygon.object = object = near(object);
+            flags = compact_ ? flags : u32();
             polygon.double_sided = flags & kBlocksBothWays;
             polygon.synthetic = flags & kIsSynthetic;
-            polygon.solid = u32();
+            polygon.solid = kNoPolygon;
+            if (!compact_ || polygon.synthetic)
+                polygon.solid = solid = near(solid);
             first += polygon.count;
             if (first > counts_.corners || polygon.count > kMostCorners || !(polygon.synthetic || polygon.solid == kNoPolygon))
                 return false;
         }
-        return first == counts_.corners;
+        std::uint32_t vertex = 0;
+        for (std::uint32_t p = 0; p < set_.polygons.size() && compact_ && !failed_; ++p)
+            for (std::uint32_t i = 0; i < set_.polygons[p].count; ++i) {
+                set_.loops.push_back(vertex = near(vertex));
+                set_.neighbours.push_back(neighbour(p));
+            }
+        return first == counts_.corners && set_.loops.size() == counts_.corners;
     }
 
     void read_solids() {
@@ -124,15 +201,16 @@ class Decoder {
         set_.patches.resize(std::size_t(counts_.patches));
         for (OccluderPatch& patch : set_.patches) {
             patch.first = static_cast<std::uint32_t>(first);
-            patch.core = u32();
-            patch.count = u32();
+            patch.core = count();
+            patch.count = count();
             first += patch.count;
             if (first > counts_.patch_polygons)
                 return false;
         }
         set_.patch_polygons.reserve(std::size_t(counts_.patch_polygons));
-        for (std::uint64_t i = 0; i < counts_.patch_polygons; ++i)
-            set_.patch_polygons.push_back(u32());
+        std::uint32_t polygon = 0;
+        for (std::uint64_t i = 0; i < counts_.patch_polygons && !failed_; ++i)
+            set_.patch_polygons.push_back(polygon = near(polygon));
         return first == counts_.patch_polygons;
     }
 
@@ -176,6 +254,8 @@ class Decoder {
     std::span<const std::byte> bytes_;
     std::size_t at_ = 0;
     Counts counts_{};
+    bool compact_ = false, failed_ = false;
+    float scale_ = 0; ///< of the grid that the vertices lie on; 0: written as they are
     OccluderSet set_;
 };
 
@@ -200,6 +280,65 @@ void put(ByteWriter& out, const Vec3f& v) {
         out.f32(v[axis]);
 }
 
+/// The widest grid, with a power of two as its step, that all vertices lie on; 0 if 32 bits cannot number its places.
+float grid_of(const OccluderSet& set) {
+    int finest = 127, farthest = -200;
+    for (const Vec3f& vertex : set.vertices)
+        for (int axis = 0; axis < 3; ++axis) {
+            int exponent = 0;
+            float part = std::frexp(vertex[axis], &exponent);
+            if (part == 0)
+                continue;
+            auto digits = static_cast<std::uint32_t>(std::abs(std::ldexp(part, 24)));
+            finest = std::min(finest, exponent - 24 + std::countr_zero(digits));
+            farthest = std::max(farthest, exponent);
+        }
+    if (farthest == -200)
+        return 1; // all of it zero
+    return finest >= -126 && finest <= 56 && farthest - finest <= 30 ? std::ldexp(1.0f, finest) : 0;
+}
+
+void put_vertices(ByteWriter& out, const OccluderSet& set) {
+    float scale = grid_of(set);
+    out.f32(scale);
+    std::int32_t before[3] = {0, 0, 0};
+    for (const Vec3f& vertex : set.vertices) {
+        if (scale == 0) {
+            put(out, vertex);
+            continue;
+        }
+        for (int axis = 0; axis < 3; ++axis) {
+            auto place = static_cast<std::int32_t>(double(vertex[axis]) / double(scale));
+            out.varint(zigzag(std::int64_t(place) - before[axis]));
+            before[axis] = place;
+        }
+    }
+}
+
+/// The distance from the number before, which it then is.
+void put_near(ByteWriter& out, std::uint32_t value, std::uint32_t& before) {
+    out.varint(zigzag(std::int64_t(value) - std::int64_t(before)));
+    before = value;
+}
+
+void put_polygons(ByteWriter& out, const OccluderSet& set) {
+    std::uint32_t object = 0, solid = 0, vertex = 0;
+    for (const OccluderPolygon& polygon : set.polygons) {
+        out.varint(std::uint64_t(polygon.count) << 2 | (polygon.double_sided ? kBlocksBothWays : 0u) |
+                   (polygon.synthetic ? kIsSynthetic : 0u));
+        put_near(out, polygon.object, object);
+        if (polygon.synthetic)
+            put_near(out, polygon.solid, solid);
+    }
+    for (std::uint32_t p = 0; p < set.polygons.size(); ++p)
+        for (std::uint32_t i = set.polygons[p].first; i < set.polygons[p].first + set.polygons[p].count; ++i) {
+            put_near(out, set.loops[i], vertex);
+            std::uint32_t other = set.neighbours[i] & ~kSameDirection;
+            out.varint(other == kNoPolygon ? 0
+                                           : 1 + (zigzag(std::int64_t(other) - p) << 1 | (set.neighbours[i] & kSameDirection ? 1u : 0u)));
+        }
+}
+
 } // namespace
 
 Result<OccluderSet> decode_occluders(std::span<const std::byte> bytes) { return Decoder(bytes).run(); }
@@ -214,33 +353,25 @@ Result<std::vector<std::byte>> encode_occluders(const OccluderSet& set) {
     auto restricted = static_cast<std::size_t>(
         std::count_if(set.solids.begin(), set.solids.end(), [](const OccluderSolid& solid) { return solid.is_restricted(); }));
     for (std::size_t count : {set.vertices.size(), set.loops.size(), set.polygons.size(), set.solids.size(),
-                              set.patches.size(), set.patch_polygons.size(), restricted, std::size_t(0)}) {
+                              set.patches.size(), set.patch_polygons.size(), restricted}) {
         if (count > 0xFFFFFFFFu)
             return Status(ErrorCode::limit, "encode_occluders: more than 2^32 corners");
         out.u32(static_cast<std::uint32_t>(count));
     }
-    for (const Vec3f& vertex : set.vertices)
-        put(out, vertex);
-    for (std::size_t i = 0; i < set.loops.size(); ++i) {
-        out.u32(set.loops[i]);
-        out.u32(set.neighbours[i]);
-    }
-    for (const OccluderPolygon& polygon : set.polygons) {
-        out.u32(polygon.count);
-        out.u32(polygon.object);
-        out.u32((polygon.double_sided ? kBlocksBothWays : 0u) | (polygon.synthetic ? kIsSynthetic : 0u));
-        out.u32(polygon.solid);
-    }
+    out.u32(kCompact);
+    put_vertices(out, set);
+    put_polygons(out, set);
     for (const OccluderSolid& solid : set.solids) {
         put(out, solid.shell.min);
         put(out, solid.shell.max);
     }
     for (const OccluderPatch& patch : set.patches) {
-        out.u32(patch.core);
-        out.u32(patch.count);
+        out.varint(patch.core);
+        out.varint(patch.count);
     }
+    std::uint32_t before = 0;
     for (std::uint32_t polygon : set.patch_polygons)
-        out.u32(polygon);
+        put_near(out, polygon, before);
     for (std::size_t s = 0; s < set.solids.size(); ++s)
         if (set.solids[s].is_restricted()) {
             out.u32(static_cast<std::uint32_t>(s));

@@ -223,6 +223,47 @@ TEST(PlanesPublished, towers_hide_by_what_is_inside_of_them) {
     EXPECT_GT(counts.hidden * 25, counts.in_frustum) << "it was nothing while nodes across a plane dropped its occluder";
 }
 
+// What each part is worth: without re-use the answers are the same and all relations are made anew; without joined occluders or those of
+// single objects nothing more is hidden, and over all frames less.
+TEST(PlanesPublished, every_part_does_what_it_is_for) {
+    Stage stage(std::move(Scene::create(*generate("office", {.triangles = 15000}))).value());
+    const PublishedPlanesOptions kinds[4] = {
+        {.adapt = false}, {.adapt = false, .reuse = false}, {.adapt = false, .joined = false}, {.adapt = false, .detail = false}};
+    std::unique_ptr<Culler> cullers[4];
+    ViewState states[4];
+    CullResult results[4];
+    std::uint64_t visible[4]{}, made[4]{}, cached[4]{};
+    for (int kind = 0; kind < 4; ++kind)
+        cullers[kind] = make(stage, kinds[kind]);
+    Random random(77);
+    Box3d bounds = to_double(stage.scene->local_bounds());
+    for (int place = 0; place < 12; ++place) {
+        View view;
+        for (int axis = 0; axis < 3; ++axis)
+            view.eye[axis] = random.uniform(bounds.min[axis], bounds.max[axis]);
+        Vec3d ahead{random.uniform(-1, 1), random.uniform(-0.2, 0.2), random.uniform(-1, 1)};
+        view.near_plane = 0.05;
+        for (int step = 0; step < 4; ++step) {
+            view.eye = view.eye + ahead * 0.02;
+            view.target = view.eye + ahead;
+            for (int kind = 0; kind < 4; ++kind) {
+                cullers[kind]->cull(view, states[kind], results[kind]);
+                visible[kind] += results[kind].visible_count;
+                made[kind] += results[kind].counters.relations_made;
+                cached[kind] += results[kind].counters.relations_cached;
+            }
+            ASSERT_EQ(results[0].visible, results[1].visible);
+            for (std::size_t word = 0; word < results[0].visible.size(); ++word)
+                for (int kind : {2, 3})
+                    ASSERT_EQ(results[0].visible[word] & ~results[kind].visible[word], 0u) << "a part less, an object less";
+        }
+    }
+    EXPECT_GT(made[1], 2 * made[0]);
+    EXPECT_GT(cached[0], 2 * made[0]);
+    EXPECT_GT(visible[3], visible[0]);
+    EXPECT_GE(visible[2], visible[0]);
+}
+
 TEST(PlanesPublished, nonsense_options_are_usage_errors) {
     Stage stage = rows_of_walls();
     CullerOptions options;

@@ -1,5 +1,6 @@
 // What an independent program, written from the format's description alone, reads of a prepared file.
 #include "cull/scene_data.hpp"
+#include "evaluate/cull_scene.hpp"
 #include "support/make_scene.hpp"
 
 #include <antumbra/bake.hpp>
@@ -48,7 +49,7 @@ std::string dump(const CullScene::Data& data, const OccluderDatabase& database) 
         write_line(out, "group", std::span(data.groups.members).subspan(group.first, group.count));
     write_line(out, "tree over objects:", data.order);
     write_line(out, "tree over patches too:", data.patches.order);
-    write_sets(out, 4, data.front_sets);
+    write_sets(out, 7, data.front_sets);
     write_sets(out, 5, data.back_sets);
     write_sets(out, 6, data.first_hit_sets);
     for (std::uint32_t i = 0; i + 1 < database.first.size(); ++i)
@@ -71,14 +72,7 @@ TEST(PreparedReader, an_independent_program_reads_the_same) {
         --raw.objects[o].first_triangle;
     Scene scene = *Scene::create(raw);
     OccluderSet occluders = find_occluders(scene);
-    std::vector<Box3f> bounds;
-    for (const Object& object : scene.objects())
-        bounds.push_back(object.bounds);
-    CullSceneInput input;
-    input.bounds = bounds;
-    input.origin = scene.origin();
-    input.occluders = &occluders;
-    CullScene cull_scene = CullScene::create(input);
+    CullScene cull_scene = cull_scene_of(scene, occluders);
     std::vector<PvsChunk> chunks = *prepare_chunks(cull_scene, {.leaves = 4, .per_set = 8, .first_hit_leaves = 2});
     OccluderDatabase database;
     database.count = {2, 1, 1};

@@ -7,6 +7,10 @@
 #include <antumbra/bake.hpp>
 #include <antumbra/generate.hpp>
 
+#include <algorithm>
+#include <map>
+#include <set>
+
 namespace antumbra {
 namespace {
 
@@ -20,7 +24,7 @@ Stage office() {
     return Stage(std::move(*scene));
 }
 
-constexpr PrepareOptions kFew{.leaves = 256, .per_set = 64, .first_hit_leaves = 4};
+constexpr PrepareOptions kFew{.per_set = 64, .first_hit_leaves = 4};
 
 Bytes prepared(const Stage& stage, const PrepareOptions& options = kFew) {
     return *add_pvs_chunks(*encode_pvs(describe_scene(*stage.scene)), *prepare_chunks(stage.cull_scene, options));
@@ -80,6 +84,95 @@ TEST(Prepared, AFileHoldsTheSameSceneBitForBit) {
         ASSERT_EQ(a.groups.groups[g].area, b.groups.groups[g].area);
     EXPECT_FALSE(b.front_sets.empty());
     expect_same(stage.cull_scene, *opened, 1, 20);
+}
+
+/// The size that form 0 of chunk OCCL has.
+std::size_t wide_bytes(const OccluderSet& set) {
+    return 32 + 12 * set.vertices.size() + 8 * set.loops.size() + 16 * set.polygons.size() + 24 * set.solids.size() +
+           8 * set.patches.size() + 4 * set.patch_polygons.size();
+}
+
+void expect_back(const OccluderSet& set) {
+    Result<Bytes> bytes = encode_occluders(set);
+    ASSERT_TRUE(bytes) << bytes.status().message();
+    Result<OccluderSet> again = decode_occluders(*bytes);
+    ASSERT_TRUE(again) << again.status().message();
+    EXPECT_EQ(again->vertices, set.vertices);
+    EXPECT_EQ(again->loops, set.loops);
+    EXPECT_EQ(again->neighbours, set.neighbours);
+    EXPECT_EQ(again->patch_polygons, set.patch_polygons);
+    ASSERT_EQ(again->polygons.size(), set.polygons.size());
+    for (std::size_t p = 0; p < set.polygons.size(); ++p)
+        ASSERT_TRUE(again->polygons[p].object == set.polygons[p].object && again->polygons[p].solid == set.polygons[p].solid &&
+                    again->polygons[p].double_sided == set.polygons[p].double_sided &&
+                    again->polygons[p].synthetic == set.polygons[p].synthetic);
+}
+
+TEST(Prepared, OccludersTakeAThirdOfTheirBytesAndComeBackOffTheGridToo) {
+    OccluderSet set = office().occluders;
+    expect_back(set);
+    EXPECT_LT(encode_occluders(set)->size() * 3, wide_bytes(set));
+    for (Vec3f& vertex : set.vertices) // of all magnitudes: no 32-bit grid holds them
+        vertex = {vertex.x / 3, vertex.y * 1e-9f, vertex.z * 1e9f};
+    for (OccluderPolygon& polygon : set.polygons)
+        measure_occluder(set, polygon);
+    expect_back(set);
+    EXPECT_LT(encode_occluders(set)->size() * 2, wide_bytes(set));
+    OccluderSet corners; // the largest numbers that a grid may have
+    corners.vertices = {{1073741696.0f, 0, 0}, {-1073741696.0f, 1, 0}, {0, 0, 1}};
+    corners.loops = {0, 1, 2};
+    corners.neighbours.assign(3, kNoPolygon);
+    corners.polygons.resize(1);
+    corners.polygons[0].count = 3;
+    measure_occluder(corners, corners.polygons[0]);
+    expect_back(corners);
+}
+
+OccluderSets random_sets(Random& random, std::uint32_t items) {
+    SpaceCells cells = SpaceCells::of_grid({{0, 0, 0}, {8, 4, 2}}, {4, 2, 2});
+    std::vector<std::vector<std::uint32_t>> members(cells.leaves * OccluderSets::kDirections);
+    std::uint32_t density = 0;
+    for (std::size_t set = 0; set < members.size(); ++set) {
+        if (set % OccluderSets::kDirections == 0)
+            density = random.below(4);
+        for (std::uint32_t item = 0; item < items; ++item)
+            if (set >= OccluderSets::kDirections && random.below(8) ? std::binary_search(members[set - 14].begin(), members[set - 14].end(), item)
+                                                                    : random.below(8) < density)
+                members[set].push_back(item);
+    }
+    return OccluderSets::of_members(cells, members);
+}
+
+TEST(Prepared, SetsStoredAsChangesComeBackAndHostileOnesAreSafe) {
+    Random random(41);
+    for (int round = 0; round < 200; ++round) {
+        std::uint32_t items = 1 + random.below(60);
+        OccluderSets sets = random_sets(random, items);
+        ByteWriter out;
+        sets.encode_changes(out);
+        std::size_t at = 0;
+        Result<OccluderSets> again = OccluderSets::decode_changes(out.bytes, at, items);
+        ASSERT_TRUE(again) << again.status().message();
+        EXPECT_EQ(at, out.bytes.size());
+        ASSERT_EQ(again->cells().leaves, sets.cells().leaves);
+        for (std::size_t leaf = 0; leaf < sets.cells().leaves; ++leaf)
+            for (std::size_t d = 0; d < OccluderSets::kDirections; ++d)
+                ASSERT_TRUE(std::ranges::equal(again->of_leaf(leaf, d), sets.of_leaf(leaf, d)));
+        for (int harm = 0; harm < 20; ++harm) {
+            Bytes bytes = out.bytes;
+            bytes[random.below(std::uint32_t(bytes.size()))] = std::byte(random.below(256));
+            if (random.below(2))
+                bytes.resize(random.below(std::uint32_t(bytes.size())));
+            at = 0;
+            Result<OccluderSets> read = OccluderSets::decode_changes(bytes, at, items);
+            if (!read) {
+                EXPECT_EQ(read.status().code(), ErrorCode::corrupt);
+                continue;
+            }
+            for (std::uint32_t member : read->members())
+                ASSERT_LT(member, items);
+        }
+    }
 }
 
 TEST(Prepared, PreparingTwiceGivesTheSameBytes) {
@@ -271,12 +364,16 @@ TEST(Prepared, EveryChoiceOfOccludersIsSafeAndHides) {
     Stage stage = office();
     Bytes bytes = prepared(stage);
     stage.cull_scene = *CullScene::open(*Pvs::open(bytes));
-    Random random(31);
-    for (OccluderChoice choice :
-         {OccluderChoice::area_angle, OccluderChoice::projected_size, OccluderChoice::first_hit}) {
+    std::map<std::string_view, std::set<std::uint64_t>> reported;
+    for (int number = 0; number < 24; ++number) {
+        const auto choice = OccluderChoice(number % 3);
+        const char* const method = std::array{"planes", "planes-published", "tree", "tree-fse", "tree-fme", "tree-fmc", "opacity", "opacity-published"}[std::size_t(number / 3)];
+        Random random(31);
         CullerOptions options;
         options.occluder_choice = choice;
-        auto culler = make_culler("planes", stage.cull_scene, options);
+        options.occluders = options.opacity.occluders = 12; // so that it matters which
+        options.opacity.adaptive = false;
+        auto culler = make_culler(method, stage.cull_scene, options);
         test::ProofCounts counts;
         ViewState state;
         Box3d bounds = to_double(stage.scene->local_bounds());
@@ -288,8 +385,11 @@ TEST(Prepared, EveryChoiceOfOccludersIsSafeAndHides) {
             view.near_plane = 0.05;
             test::prove(stage, **culler, view, state, 16, 16, random, counts);
         }
-        EXPECT_GT(counts.hidden * 20, counts.in_frustum) << int(choice) << " hides next to nothing";
+        EXPECT_GT(counts.hidden * 50, counts.in_frustum) << method << ' ' << int(choice) << " hides next to nothing";
+        reported[method].insert(counts.hidden);
     }
+    for (const auto& [method, counts] : reported)
+        EXPECT_EQ(counts.size(), 3u) << method << ": some choices are the same";
 }
 
 // A silhouette leaves an edge out because a neighbour goes on there: a file must not claim one that does not.

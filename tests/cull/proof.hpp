@@ -8,6 +8,7 @@
 
 #include "base/random.hpp"
 #include "cull/random_views.hpp"
+#include "evaluate/cull_scene.hpp"
 #include "rays/arbiter.hpp"
 #include "rays/tracer.hpp"
 
@@ -31,20 +32,7 @@ struct Stage {
         scene = std::make_unique<Scene>(std::move(made));
         tracer = std::make_unique<Tracer>(Tracer::build(*scene));
         occluders = find_occluders(*scene, options);
-        std::vector<Box3f> bounds;
-        std::vector<std::uint32_t> flags, triangles;
-        for (const Object& object : scene->objects()) {
-            bounds.push_back(object.bounds);
-            flags.push_back(object.flags);
-            triangles.push_back(object.triangle_count);
-        }
-        CullSceneInput input;
-        input.bounds = bounds;
-        input.flags = flags;
-        input.triangles = triangles;
-        input.origin = scene->origin();
-        input.occluders = &occluders;
-        cull_scene = CullScene::create(input);
+        cull_scene = cull_scene_of(*scene, occluders);
     }
 };
 

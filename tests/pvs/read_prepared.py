@@ -28,14 +28,24 @@ class Reader:
         value, self.at = read_number(self.data, self.at)
         return value
 
+    def signed(self):
+        value = self.number()
+        return -(value >> 1) - 1 if value & 1 else value >> 1
+
     def done(self):
         return self.at == len(self.data)
 
 
-def read_occluders(data):
-    r = Reader(data)
-    vertices, corners, polygons, solids, patches, members, restrictions, reserved = r.take("8I")
-    assert reserved == 0
+def running(r, count):
+    """Numbers, each stored as its distance from the one before."""
+    values, value = [], 0
+    for _ in range(count):
+        value += r.signed()
+        values.append(value)
+    return values
+
+
+def read_wide(r, vertices, corners, polygons):
     places = [r.take("3f") for _ in range(vertices)]
     loops = [r.take("2I") for _ in range(corners)]
     made, first = [], 0
@@ -45,10 +55,54 @@ def read_occluders(data):
         made.append((loops[first:first + count], of_object, flags, solid))
         first += count
     assert first == corners, "corners"
+    return places, made
+
+
+def read_compact(r, vertices, corners, polygons):
+    step = r.one("f")
+    places, place = [], (0, 0, 0)
+    for _ in range(vertices):
+        if step:
+            place = tuple(before + r.signed() for before in place)
+            places.append(tuple(step * number for number in place))
+        else:
+            places.append(r.take("3f"))
+    heads, of_object, of_solid = [], 0, 0
+    for _ in range(polygons):
+        head = r.number()
+        count, flags = head >> 2, head & 3
+        of_object += r.signed()
+        if flags & 2:
+            of_solid += r.signed()
+        assert 3 <= count <= 1024, "polygon"
+        heads.append((count, of_object, flags, of_solid if flags & 2 else NONE))
+    assert sum(head[0] for head in heads) == corners, "corners"
+    made, vertex = [], 0
+    for index, (count, of_object, flags, solid) in enumerate(heads):
+        loop = []
+        for _ in range(count):
+            vertex += r.signed()
+            coded, neighbour = r.number(), NONE
+            if coded:
+                distance = coded - 1 >> 1
+                neighbour = index + (-(distance >> 1) - 1 if distance & 1 else distance >> 1) | (SAME if coded - 1 & 1 else 0)
+            loop.append((vertex, neighbour))
+        made.append((loop, of_object, flags, solid))
+    return places, made
+
+
+def read_occluders(data):
+    r = Reader(data)
+    vertices, corners, polygons, solids, patches, members, restrictions, form = r.take("8I")
+    assert form in (0, 1)
+    places, made = (read_compact if form else read_wide)(r, vertices, corners, polygons)
     shells = [r.take("6f") for _ in range(solids)]
-    groups = [r.take("2I") for _ in range(patches)]
+    groups = [(r.number(), r.number()) if form else r.take("2I") for _ in range(patches)]
     assert sum(count for _, count in groups) == members and all(own <= count for own, count in groups), "patches"
-    listed = r.take(f"{members}I")
+    if form:
+        listed = running(r, members)
+    else:
+        listed = r.take(f"{members}I")
     viewers = {}
     for _ in range(restrictions):
         solid = r.one("I")
@@ -122,6 +176,25 @@ def read_cells(r):
     return read_cells(r) + read_cells(r)
 
 
+def read_changes(r, before):
+    """Members of a cell and the bits of their directions, from those of the cell before."""
+    changes = [r.one("B") for _ in range((len(before) + 3) // 4)]
+    now = {}
+    for i, name in enumerate(sorted(before)):
+        change = changes[i // 4] >> 2 * (i % 4) & 3
+        assert change < 3, "change"
+        if change:
+            now[name] = before[name] if change == 1 else r.one("H")
+    following = 0
+    for _ in range(r.number()):
+        name = following + r.number()
+        assert name not in now, "named twice"
+        now[name] = r.one("H")
+        following = name + 1
+    assert all(0 < bits < 1 << 14 for bits in now.values()), "directions"
+    return now
+
+
 def read_sets(data, polygons, groups):
     r = Reader(data)
     for _ in range(r.one("I")):
@@ -141,7 +214,12 @@ def read_sets(data, polygons, groups):
             size = r.one("I")
             coded = Reader(data[r.at:r.at + size])
             r.at += (size + 3) // 4 * 4
+            before = {}
             for _ in range(read_cells(coded)):
+                if kind == 7:
+                    before = read_changes(coded, before)
+                    sets += [[name for name in sorted(before) if before[name] >> d & 1] for d in range(14)]
+                    continue
                 names, following = [], 0
                 for _ in range(coded.number()):
                     names.append(following + coded.number())
