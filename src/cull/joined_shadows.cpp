@@ -19,7 +19,7 @@ Plane plane_of(const Shadow& shadow, int i) {
 }
 
 /// The least value of a + k b on the box, less what rounding may have added.
-double least(const Plane& a, double k, const Plane& b, const Box3f& box) {
+[[gnu::noinline]] double least(const Plane& a, double k, const Plane& b, const Box3f& box) {
     double sum = a.offset + k * b.offset, size = std::abs(a.offset) + std::abs(k * b.offset);
     for (int axis = 0; axis < 3; ++axis) {
         double n = a.normal[axis] + k * b.normal[axis];

@@ -103,8 +103,10 @@ class Planes final : public Culler {
         if (pvs_)
             (void)pvs_->query(camera.eye + scene.origin, state.cell);
         ++state.frame;
+#ifndef ANTUMBRA_SHIPPED_METHODS_ONLY // no lists are read there
         if (choice_ == OccluderChoice::first_hit && !scene.first_hit_sets.empty() && !camera.orthographic)
             return take(scene.first_hit_sets.at(camera.eye, camera.forward), planes, state);
+#endif
         bool moved = length(camera.eye - state.searched_from) > kStep * size_;
         if (search_all || (moved && !state.search.running())) {
             state.search.begin(scene.occluder_tree, camera.eye, wanted);

@@ -101,9 +101,6 @@ Result<CullerPointer> make_raster_culler(const CullScene& scene, const CullerOpt
     if (!kernels.complete())
         return Status(ErrorCode::unsupported,
                       "this processor lacks the instruction set that was asked for; use automatic");
-    if (options.pvs && options.pvs->object_count() != scene.object_count())
-        return Status(ErrorCode::mismatch, "the PVS has " + std::to_string(options.pvs->object_count()) +
-                                               " objects, the scene " + std::to_string(scene.object_count()));
     if (options.raster_width < kTile || options.raster_width > 2048)
         return Status(ErrorCode::usage, "raster_width is " + std::to_string(options.raster_width) +
                                             "; it must be between 8 and 2048");

@@ -41,36 +41,41 @@ class Decoder {
     explicit Decoder(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
     Result<OccluderSet> run() {
-        if (bytes_.size() < kHeaderBytes)
-            return corrupt("it is too short");
-        counts_ = {u32(), u32(), u32(), u32(), u32(), u32(), u32()};
-        std::uint32_t form = u32();
-        compact_ = form == kCompact;
-        // Of a compact one every item takes a byte at least.
-        if (form > kCompact || (compact_ ? counts_.items() > bytes_.size() : counts_.bytes() != bytes_.size()))
-            return corrupt("its size contradicts the numbers at its start");
-        if (compact_) {
-            scale_ = std::bit_cast<float>(u32());
-            if (!(scale_ >= 0 && scale_ <= kLargest))
-                return corrupt("the step of its grid makes no sense");
-        }
-        if (!read_vertices())
-            return corrupt("a vertex is not finite or beyond 1e17");
-        if (!read_polygons())
-            return corrupt("the corners of its polygons contradict their number");
-        read_solids();
-        if (!read_patches())
-            return corrupt("its patches contradict their number");
-        if (!read_restrictions())
-            return corrupt("a solid is restricted that does not exist, or to no place");
-        if (failed_ || at_ != bytes_.size())
-            return corrupt("its size contradicts the numbers at its start");
+        if (const char* problem = read())
+            return corrupt(problem);
         if (Status status = check_occluders(set_); !status)
             return corrupt(status.message());
         return finish();
     }
 
   private:
+    /// What is wrong with the bytes, or nullptr.
+    const char* read() {
+        constexpr const char* kSize = "its size contradicts the numbers at its start";
+        if (bytes_.size() < kHeaderBytes)
+            return "it is too short";
+        counts_ = {u32(), u32(), u32(), u32(), u32(), u32(), u32()};
+        std::uint32_t form = u32();
+        compact_ = form == kCompact;
+        // Of a compact one every item takes a byte at least.
+        if (form > kCompact || (compact_ ? counts_.items() > bytes_.size() : counts_.bytes() != bytes_.size()))
+            return kSize;
+        if (compact_)
+            scale_ = f32();
+        if (!(scale_ >= 0 && scale_ <= kLargest))
+            return "the step of its grid makes no sense";
+        if (!read_vertices())
+            return "a vertex is not finite or beyond 1e17";
+        if (!read_polygons())
+            return "the corners of its polygons contradict their number";
+        read_solids();
+        if (!read_patches())
+            return "its patches contradict their number";
+        if (!read_restrictions())
+            return "a solid is restricted that does not exist, or to no place";
+        return failed_ || at_ != bytes_.size() ? kSize : nullptr;
+    }
+
     /// Zero beyond the end, which the caller finds out at the end.
     std::uint32_t u32() {
         if (bytes_.size() - at_ < 4) {
@@ -84,28 +89,22 @@ class Decoder {
         float x = f32(), y = f32(), z = f32();
         return {x, y, z};
     }
-    std::uint32_t varint() {
+    /// Once in the code, for its size; below 2^35.
+    [[gnu::noinline]] std::uint64_t number() {
         std::uint64_t value = 0;
-        if (!read_varint(bytes_, at_, value))
-            failed_ = true;
-        return static_cast<std::uint32_t>(value);
+        failed_ |= !read_varint(bytes_, at_, value);
+        return value;
     }
-    /// A number that is small or near the one before it.
-    std::uint32_t count() { return compact_ ? varint() : u32(); }
-    std::uint32_t near(std::uint32_t before) {
-        if (!compact_)
-            return u32();
-        std::uint64_t value = 0;
-        if (!read_varint(bytes_, at_, value))
-            failed_ = true;
-        return before + static_cast<std::uint32_t>(unzigzag(value));
+    /// A small number, and one near that of its kind before.
+    [[gnu::noinline]] std::uint32_t count() { return compact_ ? static_cast<std::uint32_t>(number()) : u32(); }
+    [[gnu::noinline]] std::uint32_t near(std::uint32_t before) {
+        return compact_ ? before + static_cast<std::uint32_t>(unzigzag(number())) : u32();
     }
 
     bool read_vertices() {
-        set_.vertices.reserve(std::size_t(counts_.vertices));
+        set_.vertices.resize(std::size_t(counts_.vertices));
         std::uint32_t before[3] = {0, 0, 0};
-        for (std::uint64_t v = 0; v < counts_.vertices; ++v) {
-            Vec3f vertex;
+        for (Vec3f& vertex : set_.vertices) {
             if (scale_ > 0) {
                 for (int axis = 0; axis < 3; ++axis) {
                     before[axis] = near(before[axis]);
@@ -114,7 +113,6 @@ class Decoder {
             } else {
                 vertex = vec3();
             }
-            set_.vertices.push_back(vertex);
             for (int axis = 0; axis < 3; ++axis)
                 if (!(std::abs(vertex[axis]) <= kLargest))
                     return false;
@@ -125,9 +123,7 @@ class Decoder {
     std::uint32_t neighbour(std::uint32_t polygon) {
         if (!compact_)
             return u32();
-        std::uint64_t value = 0;
-        if (!read_varint(bytes_, at_, value))
-            failed_ = true;
+        std::uint64_t value = number();
         if (value == 0)
             return kNoPolygon;
         auto other = static_cast<std::uint32_t>(polygon + unzigzag((value - 1) >> 1));
@@ -136,11 +132,11 @@ class Decoder {
 
     /// Wide: all corners, then the polygons; compact: all polygons, then the corners.
     bool read_polygons() {
-        set_.loops.reserve(std::size_t(counts_.corners));
-        set_.neighbours.reserve(std::size_t(counts_.corners));
-        for (std::uint64_t i = 0; i < counts_.corners && !compact_; ++i) {
-            set_.loops.push_back(u32());
-            set_.neighbours.push_back(u32());
+        set_.loops.resize(std::size_t(counts_.corners));
+        set_.neighbours.resize(std::size_t(counts_.corners));
+        for (std::size_t i = 0; i < counts_.corners && !compact_; ++i) {
+            set_.loops[i] = u32();
+            set_.neighbours[i] = u32();
         }
         std::uint64_t first = 0;
         std::uint32_t object = 0, solid = 0;
@@ -148,12 +144,10 @@ class Decoder {
         for (OccluderPolygon& polygon : set_.polygons) {
             polygon.first = static_cast<std::uint32_t>(first);
             std::uint32_t flags = 0;
+            polygon.count = count();
             if (compact_) {
-                polygon.count = varint();
                 flags = polygon.count & 3;
                 polygon.count >>= 2;
-            } else {
-                polygon.count = u32();
             }
             polygon.object = object = near(object);
             flags = compact_ ? flags : u32();
@@ -166,13 +160,16 @@ class Decoder {
             if (first > counts_.corners || polygon.count > kMostCorners || !(polygon.synthetic || polygon.solid == kNoPolygon))
                 return false;
         }
+        if (first != counts_.corners)
+            return false;
         std::uint32_t vertex = 0;
-        for (std::uint32_t p = 0; p < set_.polygons.size() && compact_ && !failed_; ++p)
-            for (std::uint32_t i = 0; i < set_.polygons[p].count; ++i) {
-                set_.loops.push_back(vertex = near(vertex));
-                set_.neighbours.push_back(neighbour(p));
+        std::size_t corner = 0;
+        for (std::uint32_t p = 0; p < set_.polygons.size() && compact_; ++p)
+            for (std::uint32_t i = 0; i < set_.polygons[p].count; ++i, ++corner) {
+                set_.loops[corner] = vertex = near(vertex);
+                set_.neighbours[corner] = neighbour(p);
             }
-        return first == counts_.corners && set_.loops.size() == counts_.corners;
+        return true;
     }
 
     void read_solids() {
@@ -207,10 +204,10 @@ class Decoder {
             if (first > counts_.patch_polygons)
                 return false;
         }
-        set_.patch_polygons.reserve(std::size_t(counts_.patch_polygons));
-        std::uint32_t polygon = 0;
-        for (std::uint64_t i = 0; i < counts_.patch_polygons && !failed_; ++i)
-            set_.patch_polygons.push_back(polygon = near(polygon));
+        set_.patch_polygons.resize(std::size_t(counts_.patch_polygons));
+        std::uint32_t before = 0;
+        for (std::uint32_t& polygon : set_.patch_polygons)
+            polygon = before = near(before);
         return first == counts_.patch_polygons;
     }
 
