@@ -13,8 +13,8 @@ struct SetCells {
     std::function<bool(std::uint32_t leaf, std::uint32_t object)> is_seen;
 };
 
-/// The upper nodes of the kd-tree that `planes-published` walks (balanced counts), about `leaves` of them; its leaves share
-/// the sets of the one that they lie in.
+/// The leaves of the kd-tree that `planes-published` walks (balanced counts), or, where it has more than `leaves`, its upper nodes:
+/// leaves share the sets of the one that they lie in.
 SpaceCells cells_of_objects(const CullScene::Data& scene, std::uint32_t leaves);
 
 /// Where the PVS has cells: these (of a view tree its cuts of space), several together if they are more than `leaves`; and
