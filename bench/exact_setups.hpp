@@ -28,7 +28,7 @@ inline double cpu_seconds() {
 }
 
 /// KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of which the
-/// two lowest levels) or forest:1450000:grid (20 x 20).
+/// two lowest levels) or forest:1450000:grid (20 x 20; forest-dense as well).
 struct Setup {
     std::string kind;
     std::uint64_t triangles = 0;
@@ -81,7 +81,7 @@ inline std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tr
     std::vector<GridBox> cells;
     Random random(seed, 77);
     Box3d bounds = to_double(scene.local_bounds());
-    bool forest = setup.kind == "forest";
+    bool forest = setup.kind.starts_with("forest");
     if (!setup.file.empty()) {
         for (unsigned c = 0; c < setup.across[0] * setup.across[1] * setup.across[2] && cells.size() < wanted; ++c) {
             unsigned at[3] = {c % setup.across[0], c / setup.across[0] % setup.across[1], c / setup.across[0] / setup.across[1]};

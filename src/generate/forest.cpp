@@ -1,5 +1,6 @@
 // The forest: trees of exactly 1,000 triangles on uneven ground. A dozen shapes of tree, each in four
-// directions, are spread one to a field of a jittered grid, so that a file can share their meshes.
+// directions, are spread one to a field of a jittered grid, so that a file can share their meshes. In two kinds: of light
+// crowns and of dense ones.
 #include "generate/kinds.hpp"
 #include "generate/modeller.hpp"
 
@@ -14,6 +15,18 @@ constexpr double kSpacing = 5.5;
 constexpr int kTileQuads = 8;  // along each side of a tile of ground
 constexpr double kQuad = 2.75; // metres
 constexpr double kBottom = -6; // the ground is a solid with a flat underside
+
+/// How the trees of a forest look. Lengths in metres.
+struct Crown {
+    double first[2];  ///< height of the lowest branch, as a share of the tree's: from, to
+    double wide;      ///< reach of the branches, as a factor
+    double leaf;      ///< a leaf's corners lie within so much of its centre, along each axis
+    double scatter;   ///< its centre within so much of its branch
+};
+/// One sees into the trees and far between the trunks.
+constexpr Crown kLight{{0.2, 0.35}, 1, 0.35, 0.55};
+/// Closed down to the ground; a leaf stands for a spray of them.
+constexpr Crown kDense{{0.03, 0.05}, 1.2, 1.4, 0.7};
 
 double ground_height(double x, double z) {
     return 1.6 * sine(x / 83 + z / 211) + 1.1 * sine(z / 59 - x / 301 + 0.3) +
@@ -53,13 +66,13 @@ void ground_tile(Modeller& modeller, int tile_x, int tile_z) {
 }
 
 /// Trunk (68 triangles), branches (14 each) and leaves: one object of 1,000 triangles, seen from both sides.
-void tree(Modeller& modeller, const Frame& frame, const std::string& name, Random random) {
+void tree(Modeller& modeller, const Crown& style, const Frame& frame, const std::string& name, Random random) {
     constexpr int kBranches = 16;
     constexpr int kLeaves = static_cast<int>(kTreeTriangles) - 68 - 14 * kBranches;
     modeller.begin(name, kOccludes | kDoubleSided);
     modeller.place(frame);
-    double height = random.uniform(8, 13), crown = random.uniform(1.8, 2.6),
-           first = height * random.uniform(0.2, 0.35);
+    double height = random.uniform(8, 13), crown = style.wide * random.uniform(1.8, 2.6),
+           first = height * random.uniform(style.first[0], style.first[1]);
     Vec3d trunk[6];
     double radii[6];
     for (int i = 0; i < 6; ++i) {
@@ -90,27 +103,25 @@ void tree(Modeller& modeller, const Frame& frame, const std::string& name, Rando
             return Vec3d{random.uniform(-size, size), random.uniform(-size, size),
                          random.uniform(-size, size)};
         };
-        centre += shift(0.55);
-        Vec3d a = centre + shift(0.35), b = centre + shift(0.35), c = centre + shift(0.35);
+        centre += shift(style.scatter);
+        Vec3d a = centre + shift(style.leaf), b = centre + shift(style.leaf), c = centre + shift(style.leaf);
         modeller.leaf(a, b, c);
     }
 }
 
-} // namespace
-
-Result<RawScene> forest(const GenerateOptions& options) {
+Result<RawScene> trees_on_ground(const GenerateOptions& options, const char* kind, const Crown& style) {
     std::uint64_t trees =
         options.triangles ? (options.triangles + kTreeTriangles / 2) / kTreeTriangles : kDefaultTrees;
     if (trees < 20 || trees > kMostTrees)
         return Status(ErrorCode::usage,
-                      "a forest has from 20,000 to 1,000,000,000 triangles, a thousand a tree, not " +
+                      "a forest of either kind has from 20,000 to 1,000,000,000 triangles, a thousand a tree, not " +
                           std::to_string(options.triangles));
     auto columns = static_cast<std::uint64_t>(std::sqrt(double(trees)));
     while (columns * columns < trees)
         ++columns;
     double side = double(columns) * kSpacing;
     int tiles = static_cast<int>(side / (kTileQuads * kQuad)) + 1;
-    Modeller modeller("generate forest");
+    Modeller modeller("generate " + std::string(kind));
     for (int z = 0; z < tiles; ++z)
         for (int x = 0; x < tiles; ++x)
             ground_tile(modeller, x, z);
@@ -123,10 +134,20 @@ Result<RawScene> forest(const GenerateOptions& options) {
         double x = place(i % columns), z = place(i / columns);
         double y = std::floor((ground_height(x, z) - 0.25) * 64) / 64; // the foot is in the ground
         Frame frame = at({x, y, z}) * turned({}, random.below(4) * 0.25);
-        tree(modeller, frame, "tree " + std::to_string(i + 1),
+        tree(modeller, style, frame, "tree " + std::to_string(i + 1),
              Random(options.seed, random.below(kShapes), 0x73686170));
     }
     return modeller.finish();
+}
+
+} // namespace
+
+Result<RawScene> forest(const GenerateOptions& options) {
+    return trees_on_ground(options, "forest", kLight);
+}
+
+Result<RawScene> forest_dense(const GenerateOptions& options) {
+    return trees_on_ground(options, "forest-dense", kDense);
 }
 
 } // namespace antumbra::generation

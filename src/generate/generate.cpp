@@ -5,10 +5,11 @@ namespace {
 
 using Generator = Result<RawScene> (*)(const GenerateOptions&);
 
-constexpr std::string_view kNames[] = {"apartment", "city", "downtown", "forest", "machine", "office", "town"};
+constexpr std::string_view kNames[] = {"apartment", "city", "downtown", "forest", "forest-dense",
+                                         "machine", "office", "town"};
 constexpr Generator kGenerators[] = {generation::apartment, generation::city,   generation::downtown,
-                                     generation::forest,    generation::machine, generation::office,
-                                     generation::town};
+                                     generation::forest,    generation::forest_dense, generation::machine,
+                                     generation::office,    generation::town};
 static_assert(std::size(kNames) == std::size(kGenerators));
 
 } // namespace

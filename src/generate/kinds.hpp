@@ -14,6 +14,8 @@ Result<RawScene> city(const GenerateOptions& options);
 Result<RawScene> downtown(const GenerateOptions& options);
 /// Trees of 1,000 triangles each on uneven ground (Nirenstein, Blake, Gain 2002, section 6).
 Result<RawScene> forest(const GenerateOptions& options);
+/// The same ground and places, trees closed down to the ground: a cell of 20 x 20 sees about as large a share as the paper's.
+Result<RawScene> forest_dense(const GenerateOptions& options);
 /// A copier-like housing: 1,726 parts, 455,806 triangles (Gotsman, Sudarsky, Fayman 1999, section 8). One
 /// size.
 Result<RawScene> machine(const GenerateOptions& options);
