@@ -26,7 +26,7 @@ struct Crown {
 /// One sees into the trees and far between the trunks.
 constexpr Crown kLight{{0.2, 0.35}, 1, 0.35, 0.55};
 /// Closed down to the ground; a leaf stands for a spray of them.
-constexpr Crown kDense{{0.03, 0.05}, 1.2, 1.4, 0.7};
+constexpr Crown kDense{{0.03, 0.05}, 1.2, 1.6, 0.7};
 
 double ground_height(double x, double z) {
     return 1.6 * sine(x / 83 + z / 211) + 1.1 * sine(z / 59 - x / 301 + 0.3) +

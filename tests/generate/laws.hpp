@@ -20,7 +20,7 @@ inline constexpr std::pair<std::string_view, std::string_view> kPublished[] = {
     {"city", "ef8ba9ae18666ea44d86f8e52511b9db2d6b0cb7d41f571ceed6f9b2609a1719"},
     {"downtown", "66bb972c64b7b36ab5b9a0ecb8d53e1725a61ec58f19649e37c73064a6c6e5af"},
     {"forest", "896fcef21744a45978914ab430cbd03c4dd62c01b7bece9ad4eb86db46cf217f"},
-    {"forest-dense", "3320a83b8760275d0cb764b5f94ca8520c33e398b44d567375f62652c25e453d"},
+    {"forest-dense", "79baf6648b5804316799f2032202d28a4a1f34db9741f973da2add6575915a15"},
     {"machine", "6c6ff43202ab412c5d03744affd8a994afb1e1f10c9fa7d4b6826e787cfca7a9"},
     {"office", "25df74268607a43b115754dfbea9619abc9ad4bcecfce0e62834229c02c8fce2"},
     {"town", "8b8b106cd78cac1e6c6c0c2753237df84df2acf04117d52c6c4d524e2025f96e"},
