@@ -207,7 +207,7 @@ int main(int argc, char** argv) {
     std::vector<Setup> setups;
     CellOptions& cell = options.cell;
     cell.look_around = 60000;
-    cell.follow = 200000;
+    cell.follow = 8000000;
     cell.sample_between = true;
     cell.rays = 1;
     for (int k = 1; k < argc; ++k) {

@@ -37,6 +37,11 @@ double distance_squared(const GridBox& a, const GridBox& b) {
     return sum;
 }
 
+double extent(std::span<const GridPoint> corners) {
+    GridBox box = box_of(corners);
+    return distance_squared({box.min, box.min}, {box.max, box.max});
+}
+
 /// Does `box` reach beyond the plane of this face of `cell`?
 bool reaches_beyond(const GridBox& box, const GridBox& cell, int axis, int side) {
     return side ? box.max[axis] > cell.max[axis] : box.min[axis] < cell.min[axis];
@@ -148,6 +153,7 @@ struct CellSolver::State {
     GridBox cell;
     CellCounters* counters = nullptr;
     std::uint64_t work_before = 0; // of earlier cells that the counters hold
+    std::uint32_t windows_asked = 0, windows_proved = 0, boxes_apart = 0; // of this cell
     const std::atomic<bool>* cancel = nullptr;
     std::vector<std::uint8_t> hidden_alone; // per triangle
     std::vector<std::uint8_t> asked_patch;  // per patch
@@ -172,6 +178,12 @@ struct CellSolver::State {
     }
     bool spent() const { return work_left() == 0; }
     bool is_scarce() const { return work_left() < options.work / 4; }
+    /// Where windows seldom prove anything, only some boxes are asked for through them, to see whether that has changed.
+    bool windows_pay() {
+        constexpr std::uint32_t kTrial = 32, kOneIn = 6, kRetry = 16;
+        ++boxes_apart;
+        return windows_asked < kTrial || windows_proved * kOneIn >= windows_asked || boxes_apart % kRetry == 0;
+    }
     bool cancelled() const { return cancel && cancel->load(std::memory_order_relaxed); }
     void begin(const GridBox& box, std::vector<std::uint64_t>& bits, CellCounters& count);
     QueryResult ask(std::span<const GridPoint> s, int from, std::span<const GridPoint> t, std::uint64_t key, bool box);
@@ -197,6 +209,7 @@ void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bi
     cell = box;
     counters = &count;
     work_before = work_of(count);
+    windows_asked = windows_proved = boxes_apart = 0;
     occluders.forget_hidden();
     for (std::uint32_t t : hidden_triangles)
         hidden_alone[t] = 0;
@@ -241,6 +254,7 @@ QueryResult CellSolver::State::ask(std::span<const GridPoint> s, int from, std::
     q.seed = mix_bits(options.seed + mix_bits(key));
     double start = options.observer ? thread_seconds() : 0;
     occluders.start_from(options.virtual_occluders ? from : -1);
+    occluders.look_from_end(extent(t) < extent(s));
     QueryResult result = query.run(s, t, occluders, q);
     ++counters->pairs;
     counters->query.add(result.counters);
@@ -259,6 +273,8 @@ QueryResult CellSolver::State::ask_windows(const Windows& windows, std::uint64_t
     ++counters->windows;
     QueryResult result = ask(windows.leave, -1, windows.arrive, key, true);
     counters->windows_hidden += result.answer == Answer::hidden;
+    ++windows_asked;
+    windows_proved += result.answer == Answer::hidden;
     return result;
 }
 
@@ -286,7 +302,7 @@ Answer CellSolver::State::ask_box(std::uint32_t n) {
         return Answer::hidden;
     }
     complete = published ? std::make_shared<std::vector<std::shared_ptr<LineSpace>>>() : nullptr;
-    if (Windows windows(cell, box); options.windows && !published && windows.axis >= 0) {
+    if (Windows windows(cell, box); options.windows && !published && windows.axis >= 0 && windows_pay()) {
         QueryResult result = ask_windows(windows, std::uint64_t(n) * 64 + 63);
         if (result.answer == Answer::hidden)
             return Answer::hidden;
@@ -535,7 +551,7 @@ bool CellSolver::solve(const GridBox& cell, std::vector<std::uint64_t>& visible,
         s.hide_triangle(t);
     counters.triangles_hidden -= hidden.triangles.size(); // nobody asked
     s.sampler.look_around(s.options.look_around);
-    s.sampler.follow(s.options.follow);
+    s.sampler.explore(s.options.follow);
     struct Entry {
         double distance;
         std::uint32_t node;

@@ -16,6 +16,9 @@ constexpr double kPastEdge[2] = {0.05, 0.6};
 /// Of the rays that look around, one in so many marks the boxes that it reaches.
 constexpr std::uint32_t kMarkEvery = 4;
 
+/// Exploring goes on in batches of so many rays, while so many find a unit: about what one exact query costs.
+constexpr std::uint64_t kBatch = 32768, kRaysWorthAUnit = 700;
+
 Vec3d unit_direction(Random& random) {
     for (;;) {
         Vec3d v{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
@@ -39,6 +42,7 @@ void CellSampler::begin(const GridBox& cell, std::uint64_t seed, SamplerCounters
         reached_[n] = 0;
     touched_.clear();
     leads_.clear();
+    found_.clear();
     next_lead_ = 0;
 }
 
@@ -174,6 +178,30 @@ void CellSampler::follow(std::uint32_t rays) {
         leads_.clear();
         next_lead_ = 0;
     }
+}
+
+void CellSampler::explore(std::uint64_t rays) {
+    std::uint64_t last = counters_->rays + rays;
+    auto found = [&] { return counters_->uniform + counters_->guided; };
+    for (std::size_t k = 0; counters_->rays < last;) {
+        std::uint64_t rays_before = counters_->rays, found_before = found();
+        look_around(kBatch / 8);
+        while (counters_->rays < rays_before + kBatch) {
+            if (next_lead_ < leads_.size()) {
+                found_.push_back(leads_[next_lead_++]);
+                follow_edges(Lead(found_.back()));
+            } else if (found_.empty()) {
+                break;
+            } else {
+                k = k + 1 < found_.size() ? k + 1 : 0;
+                follow_edges({random_eye(), found_[k].triangle, Kind::guided});
+            }
+        }
+        if (counters_->rays - rays_before > kRaysWorthAUnit * (found() - found_before))
+            break;
+    }
+    leads_.clear();
+    next_lead_ = 0;
 }
 
 void CellSampler::mutate(const Vec3d& eye, const Vec3d& at, std::uint32_t triangle) {

@@ -31,6 +31,9 @@ class CellSampler {
     void look_around(std::uint32_t rays);
     /// Follows the edges of what was found, until nothing more is or the rays are spent.
     void follow(std::uint32_t rays);
+    /// Looks around and follows the edges of all that was found, again and again, from other eyes; until so few rays find
+    /// something that exact queries cost less, or `rays` are spent.
+    void explore(std::uint64_t rays);
     /// A triangle was found to be visible along the line from `eye` to `at` (grid coordinates): follow from there.
     void mutate(const Vec3d& eye, const Vec3d& at, std::uint32_t triangle);
     /// Rays from the cell at a triangle that is not seen. True: its unit is seen now.
@@ -66,6 +69,7 @@ class CellSampler {
     Box3d cell_; ///< local
     Random random_{0};
     std::vector<Lead> leads_;
+    std::vector<Lead> found_; ///< by looking around and following, to be followed again
     std::size_t next_lead_ = 0;
     std::vector<std::uint32_t> hits_;
     std::vector<std::uint8_t> reached_; ///< per node

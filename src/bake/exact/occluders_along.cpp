@@ -10,28 +10,39 @@ Vec3d to_vector(const GridPoint& p) {
     return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
 
-/// Boxes are grown by this much (grid units) before a segment is tested. Coordinates stay below 2^25, so that all
-/// roundings here, and that of the segment's ends, move a point by less than 2^-20.
-constexpr double kMargin = 0x1p-8;
-
-/// Parameter at which the segment enters the grown box; negative infinity is never returned. False: certainly misses.
-bool enters(const GridBox& box, const Vec3d& p, const Vec3d& d, const Vec3d& inverse, double& at) {
-    double first = 0, last = 1;
-    for (int k = 0; k < 3; ++k) {
-        double low = static_cast<double>(box.min[k]) - kMargin - p[k];
-        double high = static_cast<double>(box.max[k]) + kMargin - p[k];
-        if (d[k] == 0) {
-            if (low > 0 || high < 0)
-                return false;
-            continue;
+/// A segment in single precision.
+///
+/// *No box that it touches is missed*: let it be at t in the box. Rounding the start and the grown box, and their difference, below
+/// 2^25, adds up to less than 4 units; rounding the direction, its inverse and the product to less than 2^-22 of a distance
+/// below 2^25, 8 units. So along each axis the computed interval reaches at least SceneTree::kGrown - 12 units further than t on
+/// either side. A direction of almost nothing counts as 1e-30: then the interval holds all t, or the box is missed by more than
+/// it was grown.
+class Segment {
+  public:
+    Segment(const Vec3d& p, const Vec3d& d) {
+        for (int k = 0; k < 3; ++k) {
+            start_[k] = static_cast<float>(p[k]);
+            inverse_[k] = 1 / (std::abs(d[k]) > 1e-30 ? static_cast<float>(d[k]) : 1e-30f);
         }
-        double a = low * inverse[k], b = high * inverse[k];
-        first = std::max(first, std::min(a, b));
-        last = std::min(last, std::max(a, b));
     }
-    at = first;
-    return first <= last * (1 + 0x1p-48) + 0x1p-48;
-}
+    struct Entry {
+        float at[2];  ///< parameter where it comes into each box
+        bool meets[2];
+    };
+    Entry enter(const SceneTree::ChildBoxes& boxes) const {
+        float first[2] = {0, 0}, last[2] = {1, 1};
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 2; ++c) {
+                float a = (boxes.low[k][c] - start_[k]) * inverse_[k], b = (boxes.high[k][c] - start_[k]) * inverse_[k];
+                first[c] = std::max(first[c], std::min(a, b));
+                last[c] = std::min(last[c], std::max(a, b));
+            }
+        return {{first[0], first[1]}, {first[0] <= last[0], first[1] <= last[1]}};
+    }
+
+  private:
+    float start_[3], inverse_[3];
+};
 
 double norm1(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
@@ -126,18 +137,17 @@ bool OccludersAlong::neighbours(OccluderId id, std::size_t edge, std::vector<Occ
     return found.size() == before + 1 && reversed;
 }
 
-bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit,
+bool OccludersAlong::near_segment(const Vec3d& start, const Vec3d& end, std::size_t limit,
                                   std::vector<OccluderId>& found) {
-    Vec3d d = q - p, inverse{1 / d.x, 1 / d.y, 1 / d.z};
+    const Vec3d &p = from_end_ ? end : start, &q = from_end_ ? start : end; // the same line to may_cross()
+    Vec3d d = q - p;
+    Segment segment(p, d);
     const auto& nodes = tree_.nodes();
-    stack_.clear();
-    double at = 0;
-    if (enters(nodes[0].box, p, d, inverse, at))
-        stack_.push_back({at, 0});
+    stack_.assign(1, 0);
     while (!stack_.empty()) {
         if (found.size() >= limit)
             return true;
-        std::uint32_t n = stack_.back().second;
+        std::uint32_t n = stack_.back();
         stack_.pop_back();
         const SceneTree::Node& node = nodes[n];
         std::uint64_t marks = marks_[n];
@@ -183,18 +193,11 @@ bool OccludersAlong::near_segment(const Vec3d& p, const Vec3d& q, std::size_t li
             continue;
         }
         // The nearer child last, so that it comes off first.
-        double at_a = 0, at_b = 0;
-        bool a = enters(nodes[node.children].box, p, d, inverse, at_a);
-        bool b = enters(nodes[node.children + 1].box, p, d, inverse, at_b);
-        if (a && b && at_a < at_b) {
-            stack_.push_back({at_b, node.children + 1});
-            stack_.push_back({at_a, node.children});
-        } else {
-            if (a)
-                stack_.push_back({at_a, node.children});
-            if (b)
-                stack_.push_back({at_b, node.children + 1});
-        }
+        Segment::Entry entry = segment.enter(tree_.child_boxes(node.children));
+        std::uint32_t near = entry.at[0] < entry.at[1] ? 0 : 1;
+        for (std::uint32_t c : {1 - near, near})
+            if (entry.meets[c])
+                stack_.push_back(node.children + c);
     }
     return false;
 }

@@ -25,6 +25,8 @@ class OccludersAlong final : public OccluderSource {
     const std::vector<std::uint32_t>& marked() const { return marked_; } ///< nodes with any mark
     /// The face of the cell that the following queries start from; -1: hidden faces do not take part.
     void start_from(int face) { from_ = face; }
+    /// Walk along segments from their ends? Where lines are closer to each other, an occluder blocks more of them.
+    void look_from_end(bool from_end) { from_end_ = from_end; }
 
     bool near_segment(const Vec3d& p, const Vec3d& q, std::size_t limit, std::vector<OccluderId>& found) override;
     bool in_hull(std::span<const GridPlane> around, std::vector<OccluderId>& found) override;
@@ -56,8 +58,9 @@ class OccludersAlong final : public OccluderSource {
     std::vector<std::uint64_t> marks_; ///< per node
     std::vector<std::uint32_t> marked_;
     int from_ = -1;
+    bool from_end_ = false;
     certify::Polygon polygon_;
-    std::vector<std::pair<double, std::uint32_t>> stack_;
+    std::vector<std::uint32_t> stack_;
 };
 
 } // namespace antumbra::exact

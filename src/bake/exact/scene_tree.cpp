@@ -221,6 +221,17 @@ void SceneTree::connect_edges() {
 
 SceneTree SceneTree::build(const Scene& scene) { return build(scene, Units::objects(scene)); }
 
+void SceneTree::copy_child_boxes() {
+    child_boxes_.resize(nodes_.size() / 2);
+    for (std::size_t n = 1; n < nodes_.size(); ++n) {
+        ChildBoxes& boxes = child_boxes_[(n - 1) / 2];
+        for (int k = 0; k < 3; ++k) {
+            boxes.low[k][(n - 1) % 2] = static_cast<float>(nodes_[n].box.min[k]) - kGrown;
+            boxes.high[k][(n - 1) % 2] = static_cast<float>(nodes_[n].box.max[k]) + kGrown;
+        }
+    }
+}
+
 SceneTree SceneTree::build(const Scene& scene, Units units) {
     SceneTree tree;
     tree.scene_ = &scene;
@@ -243,6 +254,7 @@ SceneTree SceneTree::build(const Scene& scene, Units units) {
     tree.nodes_.resize(1);
     tree.parents_.push_back(0);
     builder.build_all();
+    tree.copy_child_boxes();
     tree.root_of_.assign(tree.units_.count(), UINT32_MAX);
     for (std::uint32_t n = 0; n < tree.nodes_.size(); ++n) // parents come before their children
         if (std::uint32_t unit = tree.nodes_[n].unit; unit != kManyObjects && tree.root_of_[unit] == UINT32_MAX)

@@ -64,6 +64,13 @@ class SceneTree {
     /// The highest node that holds nothing but this unit; UINT32_MAX if it has no triangle.
     std::uint32_t root_of(std::uint32_t unit) const { return root_of_[unit]; }
     const std::vector<Node>& nodes() const { return nodes_; }
+    /// The boxes of a node's two children, grown by kGrown on all sides, in single precision: for finding what a segment may
+    /// meet, fast.
+    struct ChildBoxes {
+        float low[3][2], high[3][2];
+    };
+    static constexpr float kGrown = 32; ///< grid units
+    const ChildBoxes& child_boxes(std::uint32_t children) const { return child_boxes_[(children - 1) / 2]; } ///< Node::children
     /// Parent of each node; the root is its own.
     const std::vector<std::uint32_t>& parents() const { return parents_; }
     /// Triangles, so that every node's are contiguous.
@@ -92,6 +99,7 @@ class SceneTree {
     const Scene* scene_ = nullptr;
     Units units_;
     std::vector<Node> nodes_;
+    std::vector<ChildBoxes> child_boxes_; // children come in pairs, after the root
     std::vector<std::uint32_t> parents_, order_, leaf_of_, root_of_;
     std::vector<std::array<GridPoint, 3>> corners_;
     static constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
@@ -99,6 +107,7 @@ class SceneTree {
     std::vector<std::uint32_t> edge_group_;            // per edge
     std::vector<std::uint32_t> group_first_, edges_;   // edges by group
     void connect_edges();
+    void copy_child_boxes();
     ConvexPatches patches_;
 
     struct Builder;
