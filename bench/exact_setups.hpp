@@ -28,7 +28,8 @@ inline double cpu_seconds() {
 }
 
 /// KIND:TRIANGLES:CELL, e.g. town:1330000:2 (cells of 2 m), town:1330000:grid (32 x 32 x 16 of the scene's box, of which the
-/// two lowest levels) or forest:1450000:grid (20 x 20; forest-dense as well).
+/// two lowest levels) or forest:1450000:grid (20 x 20, 2 m high, above
+/// the ground of the cell; forest-dense as well).
 struct Setup {
     std::string kind;
     std::uint64_t triangles = 0;
@@ -75,6 +76,21 @@ inline Scene generate_setup(const Setup& setup) {
     return std::move(*Scene::create(std::move(*raw)));
 }
 
+/// The highest point of a forest's ground within an upright prism, local; the scene's lowest if there is none.
+inline double ground_below(const Scene& scene, const Vec3d& low, const Vec3d& high) {
+    double top = to_double(scene.local_bounds()).min.y;
+    for (std::uint32_t t = 0; t < scene.triangles().size(); ++t) {
+        if (!scene.name(scene.triangle_objects()[t]).starts_with("ground "))
+            continue;
+        Box3d box;
+        for (int k = 0; k < 3; ++k)
+            box.extend(scene.vertex(t, k));
+        if (box.min.x <= high.x && box.max.x >= low.x && box.min.z <= high.z && box.max.z >= low.z)
+            top = std::max(top, box.max.y);
+    }
+    return top;
+}
+
 /// Random cells (local, on the grid) that hold a point in free space; the first `n` do not depend on `wanted`.
 inline std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tree, const Tracer& tracer, const Setup& setup,
                                          std::size_t wanted, std::uint64_t seed) {
@@ -102,10 +118,14 @@ inline std::vector<GridBox> choose_cells(const Scene& scene, const SceneTree& tr
                 low[k] = k == 1 ? bounds.min.y + 1 : random.uniform(bounds.min[k], bounds.max[k] - size[k]);
         } else {
             double across = forest ? 20 : 32;
-            size = {bounds.size().x / across, forest ? 4.0 : bounds.size().y / 16, bounds.size().z / across};
+            size = {bounds.size().x / across, bounds.size().y / 16, bounds.size().z / across};
             double level = forest ? 0 : random.below(2);
             low = {bounds.min.x + size.x * random.below(static_cast<std::uint32_t>(across)), bounds.min.y + size.y * level,
                    bounds.min.z + size.z * random.below(static_cast<std::uint32_t>(across))};
+        }
+        if (forest) { // where somebody walks, above all ground of the cell
+            size.y = 2;
+            low.y = std::ceil(ground_below(scene, low, low + size) / scene.step()) * scene.step();
         }
         GridBox box{tree.to_grid(low), tree.to_grid(low + size)};
         bool free = false;
