@@ -73,6 +73,11 @@ void check(const std::vector<SmallSix>& rows) {
     for (unsigned k = 0; k < 6; ++k) {
         EXPECT_EQ(wedge.sign(k), sign_of(wedge.coordinate(k, false))) << k;
         EXPECT_EQ(wedge.coordinate(k, true), -wedge.coordinate(k, false)) << k;
+        int exponent = 0, expected_exponent = 0;
+        double rounded = wedge.coordinate(k, k % 2 == 1, exponent);
+        double expected = to_double(wedge.coordinate(k, k % 2 == 1), expected_exponent);
+        EXPECT_EQ(exponent, expected_exponent) << k;
+        EXPECT_NEAR(rounded, expected, 0x1p-53) << k; // both are cut off at some 62 bits before they are rounded
         if (wedge.sign(k) != 0)
             largest = k;
     }

@@ -64,9 +64,18 @@ std::int32_t LineStore<F>::keep(const Six& values) {
 
 template <bool F>
 void LineStore<F>::to_doubles(const Six& values, bool hyperplane, std::array<double, 6>& x, double& error) const {
-    int exponent[6], largest = INT32_MIN;
-    for (std::size_t k = 0; k < 6; ++k) {
+    int exponent[6];
+    for (std::size_t k = 0; k < 6; ++k)
         x[k] = to_double(values[k], exponent[k]);
+    scale(x, exponent, hyperplane);
+    error = 2 * kUnit;
+}
+
+/// x[k] * 2^exponent[k], scaled so that the largest lies in [0.5, 1).
+template <bool F>
+void LineStore<F>::scale(std::array<double, 6>& x, int (&exponent)[6], bool hyperplane) const {
+    int largest = INT32_MIN;
+    for (std::size_t k = 0; k < 6; ++k) {
         // Lengths are scaled by 2^-scale_bits: once in a direction, twice in a moment.
         bool moment = (k >= 3) != hyperplane;
         exponent[k] -= (moment ? 2 : 1) * scale_bits_;
@@ -75,7 +84,6 @@ void LineStore<F>::to_doubles(const Six& values, bool hyperplane, std::array<dou
     }
     for (std::size_t k = 0; k < 6; ++k)
         x[k] = x[k] == 0 ? 0 : std::ldexp(x[k], exponent[k] - largest);
-    error = 2 * kUnit;
 }
 
 template <bool F>
@@ -298,7 +306,8 @@ VertexId LineStore<F>::cut(VertexId ia, VertexId ib, HyperplaneId ih, std::span<
     auto id = static_cast<VertexId>(vertices_.size() - 1);
     if (force) {
         ++counters.forced_vertices;
-        make_exact(id);
+        if (!F || !round_by_hyperplanes(id))
+            make_exact(id);
     }
     return id;
 }
@@ -351,7 +360,7 @@ void LineStore<F>::make_exact(VertexId id) {
 /// The common point of five of the hyperplanes that hold the vertex; the ray of the two opposite ones on which the
 /// vertex lies is told by a coordinate in which both ends of the cut edge certainly have one sign.
 template <bool F>
-bool LineStore<F>::exact_by_hyperplanes(VertexId id) {
+bool LineStore<F>::common_point(VertexId id, Wedge& wedge, bool& negate) const {
     const Vertex& v = vertices_[index(id)];
     if (v.on_count < 4 || v.by < 0)
         return false;
@@ -370,7 +379,6 @@ bool LineStore<F>::exact_by_hyperplanes(VertexId id) {
     }
     if (best == 6)
         return false;
-    Wedge wedge;
     auto add = [&](HyperplaneId on) {
         const Hyperplane& h = hyperplanes_[index(on)];
         if (h.exact < 0)
@@ -381,11 +389,38 @@ bool LineStore<F>::exact_by_hyperplanes(VertexId id) {
         add(v.on[static_cast<std::size_t>(k)]);
     if (!wedge.complete())
         return false;
-    bool negate = (wedge.sign(best) > 0) != (a.x[best] > 0);
+    negate = (wedge.sign(best) > 0) != (a.x[best] > 0);
+    return true;
+}
+
+template <bool F>
+bool LineStore<F>::exact_by_hyperplanes(VertexId id) {
+    Wedge wedge;
+    bool negate = false;
+    if (!common_point(id, wedge, negate))
+        return false;
     Six x;
     for (unsigned k = 0; k < 6; ++k)
         x[k] = wedge.coordinate(k, negate);
     set_exact(id, x);
+    return true;
+}
+
+/// Doubles rounded from the integers, which are not kept: hardly any sign will ask for them.
+template <bool F>
+bool LineStore<F>::round_by_hyperplanes(VertexId id) {
+    Wedge wedge;
+    bool negate = false;
+    if (!common_point(id, wedge, negate))
+        return false;
+    ++counters.exact_vertices;
+    Vertex& v = vertices_[index(id)];
+    int exponent[6];
+    for (unsigned k = 0; k < 6; ++k)
+        v.x[k] = wedge.coordinate(k, negate, exponent[k]);
+    scale(v.x, exponent, false);
+    v.error = 2 * kUnit;
+    finish(v);
     return true;
 }
 

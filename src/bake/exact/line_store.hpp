@@ -15,6 +15,7 @@
 
 namespace antumbra::exact {
 
+class Wedge;
 using VertexId = std::int32_t;
 using HyperplaneId = std::int32_t;
 inline constexpr double kUnit = 0x1p-53; ///< unit roundoff of double
@@ -126,13 +127,16 @@ class LineStore {
     }
     std::int32_t keep(const Six& values);
     void to_doubles(const Six& values, bool hyperplane, std::array<double, 6>& x, double& error) const;
+    void scale(std::array<double, 6>& x, int (&exponent)[6], bool hyperplane) const;
     void finish(Vertex& v) const;
     void note_bits(const Hyperplane& h, int moment, int direction);
     Integer dot_exact(const Hyperplane& h, const Six& x) const;
     Integer side_exact(VertexId v, VertexId w);
     void make_exact(VertexId v);
     void set_exact(VertexId v, const Six& x);
+    bool common_point(VertexId v, Wedge& wedge, bool& negate) const;
     bool exact_by_hyperplanes(VertexId v);
+    bool round_by_hyperplanes(VertexId v);
     /// Has integers, or can have them at once?
     static bool is_given(const Vertex& v) { return v.exact >= 0 || v.wide >= 0; }
     using WideSix = std::array<Int128, 6>;
