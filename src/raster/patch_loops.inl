@@ -101,13 +101,18 @@ ANTUMBRA_INLINE signed char facing(const PatchPolygon& polygon, const Camera& ca
     return polygon.double_sided && towards < -margin ? -1 : 0;
 }
 
-/// Cuts away where `value` of a corner is negative. The cut is a silhouette.
-template <class Value>
-ANTUMBRA_INLINE int clip_by(const ClipCorner* in, int count, ClipCorner* out, Value value) {
+/// What is kept of a loop: where x, y and z, so weighted, and `one` sum to 0 or more.
+struct ClipPlane {
+    double x, y, z, one;
+    double at(const ClipCorner& p) const { return (z * p.z + one) + (x * p.x + y * p.y); }
+};
+
+/// The cut is a silhouette.
+inline int clip_by(const ClipPlane& plane, const ClipCorner* in, int count, ClipCorner* out) {
     int kept = 0;
     for (int i = 0; i < count; ++i) {
         const ClipCorner &a = in[i], &b = in[i + 1 == count ? 0 : i + 1];
-        double va = value(a), vb = value(b);
+        const double va = plane.at(a), vb = plane.at(b);
         if (va >= 0)
             out[kept++] = a;
         if ((va >= 0) != (vb >= 0)) {
@@ -130,24 +135,29 @@ ANTUMBRA_INLINE bool is_silhouette(std::uint16_t neighbour, signed char side, do
     return other == 0 || (other == side) == ((neighbour & kLocalSameDirection) != 0);
 }
 
-/// The part of the polygon that can be drawn; false if none is left.
-ANTUMBRA_INLINE bool clip_loop(const Screen& screen, ClipCorner* corners, EdgeLoop& loop) {
+/// The part of the polygon that can be drawn; false if none is left. Rare, so not inlined.
+inline bool clip_loop(const Screen& screen, ClipCorner* corners, EdgeLoop& loop) {
     ClipCorner clipped[kMostCorners];
-    double clip = screen.clip_depth, guard_x = kGuard / screen.scale_x, guard_y = kGuard / screen.scale_y;
-    bool flat = screen.camera.orthographic;
+    const bool flat = screen.camera.orthographic;
+    const double guard_x = kGuard / screen.scale_x, guard_y = kGuard / screen.scale_y;
+    const ClipPlane planes[6] = {{0, 0, 1, -screen.clip_depth},
+                                 {-1, 0, flat ? 0 : guard_x, flat ? guard_x : 0},
+                                 {1, 0, flat ? 0 : guard_x, flat ? guard_x : 0},
+                                 {0, -1, flat ? 0 : guard_y, flat ? guard_y : 0},
+                                 {0, 1, flat ? 0 : guard_y, flat ? guard_y : 0},
+                                 {0, 0, 0, 0}}; // keeps all
     int count = loop.count;
-    count = clip_by(corners, count, clipped, [=](const ClipCorner& p) { return p.z - clip; });
-    count = clip_by(clipped, count, corners, [=](const ClipCorner& p) { return guard_x * (flat ? 1 : p.z) - p.x; });
-    count = clip_by(corners, count, clipped, [=](const ClipCorner& p) { return guard_x * (flat ? 1 : p.z) + p.x; });
-    count = clip_by(clipped, count, corners, [=](const ClipCorner& p) { return guard_y * (flat ? 1 : p.z) - p.y; });
-    count = clip_by(corners, count, clipped, [=](const ClipCorner& p) { return guard_y * (flat ? 1 : p.z) + p.y; });
+    for (int k = 0; k < 6; k += 2) {
+        count = clip_by(planes[k], corners, count, clipped);
+        count = clip_by(planes[k + 1], clipped, count, corners);
+    }
     double farthest = -1e300;
     for (int i = 0; i < count; ++i) {
-        double depth = flat ? 1.0 : clipped[i].z;
-        loop.x[i] = static_cast<float>(screen.centre_x + clipped[i].x / depth * screen.scale_x);
-        loop.y[i] = static_cast<float>(screen.centre_y + clipped[i].y / depth * screen.scale_y);
-        loop.silhouette[i] = clipped[i].silhouette;
-        farthest = clipped[i].z > farthest ? clipped[i].z : farthest;
+        double depth = flat ? 1.0 : corners[i].z;
+        loop.x[i] = static_cast<float>(screen.centre_x + corners[i].x / depth * screen.scale_x);
+        loop.y[i] = static_cast<float>(screen.centre_y + corners[i].y / depth * screen.scale_y);
+        loop.silhouette[i] = corners[i].silhouette;
+        farthest = corners[i].z > farthest ? corners[i].z : farthest;
     }
     loop.count = count;
     if (count < 3)
