@@ -53,6 +53,33 @@ Piece* piece_of(void* memory) { return reinterpret_cast<Piece*>(static_cast<unsi
 
 } // namespace
 
+// Eight bytes at a time: a sixth of the bytes of the C library's, which are unrolled.
+extern "C" __attribute__((no_builtin)) void* memmove(void* to, const void* from, std::size_t bytes) {
+    auto* target = static_cast<unsigned char*>(to);
+    auto* source = static_cast<const unsigned char*>(from);
+    std::uint64_t eight;
+    if (static_cast<std::size_t>(target - source) >= bytes) { // the target does not begin within the source
+        for (; bytes >= sizeof eight; bytes -= sizeof eight, target += sizeof eight, source += sizeof eight) {
+            __builtin_memcpy_inline(&eight, source, sizeof eight);
+            __builtin_memcpy_inline(target, &eight, sizeof eight);
+        }
+        for (; bytes > 0; --bytes)
+            *target++ = *source++;
+        return to;
+    }
+    for (; bytes >= sizeof eight; bytes -= sizeof eight) {
+        __builtin_memcpy_inline(&eight, source + bytes - sizeof eight, sizeof eight);
+        __builtin_memcpy_inline(target + bytes - sizeof eight, &eight, sizeof eight);
+    }
+    for (; bytes > 0; --bytes)
+        target[bytes - 1] = source[bytes - 1];
+    return to;
+}
+
+extern "C" __attribute__((no_builtin)) void* memcpy(void* to, const void* from, std::size_t bytes) {
+    return memmove(to, from, bytes);
+}
+
 extern "C" void* malloc(std::size_t bytes) {
     if (bytes > 0x7FFF0000u)
         return nullptr;
@@ -105,27 +132,3 @@ void operator delete(void* memory, std::align_val_t) noexcept {
         free(static_cast<void**>(memory)[-1]);
 }
 void operator delete(void* memory, std::size_t, std::align_val_t alignment) noexcept { operator delete(memory, alignment); }
-
-// Copies of bytes in a quarter of the C library's code. Engines with SIMD have an instruction for it.
-extern "C" __attribute__((no_builtin)) void* memmove(void* to, const void* from, std::size_t bytes) {
-#ifdef __wasm_bulk_memory__
-    return __builtin_memmove(to, from, bytes);
-#else
-    using Word [[gnu::aligned(1), gnu::may_alias]] = std::uint64_t;
-    auto* out = static_cast<unsigned char*>(to);
-    auto* in = static_cast<const unsigned char*>(from);
-    if (out <= in || out >= in + bytes) {
-        for (; bytes >= 8; bytes -= 8, out += 8, in += 8)
-            *reinterpret_cast<Word*>(out) = *reinterpret_cast<const Word*>(in);
-        for (; bytes > 0; --bytes)
-            *out++ = *in++;
-    } else {
-        while (bytes-- > 0)
-            out[bytes] = in[bytes];
-    }
-    return to;
-#endif
-}
-extern "C" __attribute__((no_builtin)) void* memcpy(void* __restrict to, const void* __restrict from, std::size_t bytes) {
-    return memmove(to, from, bytes);
-}
