@@ -71,16 +71,20 @@ int print_plan(const BakeArguments& arguments, const BakePlan& plan) {
         Json document;
         document["method"] = arguments.options.method;
         document["dry_run"] = true;
-        document["cells"] = plan.grid.cells();
+        document["cells"] = plan.grid.cells() ? plan.grid.cells() : plan.cells_to_bake;
         document["cells_to_bake"] = plan.cells_to_bake;
+        document["cells_estimated"] = plan.is_cells_estimate;
         document["grid"] = plan.grid.count;
         document["estimated_seconds"] = plan.estimated_seconds;
         document["estimated_bytes"] = plan.estimated_bytes;
         print_json(document);
         return 0;
     }
-    fmt::print("grid       {} x {} x {}, {} of {} cells to bake\n", plan.grid.count[0], plan.grid.count[1],
-               plan.grid.count[2], plan.cells_to_bake, plan.grid.cells());
+    if (plan.grid.cells())
+        fmt::print("grid       {} x {} x {}, {} of {} cells to bake\n", plan.grid.count[0], plan.grid.count[1],
+                   plan.grid.count[2], plan.cells_to_bake, plan.grid.cells());
+    else
+        fmt::print("cells      {}{}\n", plan.is_cells_estimate ? "about " : "", plan.cells_to_bake);
     fmt::print("estimate   {:.3g} s, {:.3g} MB\n", plan.estimated_seconds, double(plan.estimated_bytes) * 1e-6);
     return 0;
 }
@@ -314,6 +318,11 @@ void add_bake(CLI::App& app) {
                                                                                {"cluster", Granularity::cluster},
                                                                                {"triangle", Granularity::triangle}}))
         ->default_str("object");
+    command.add_option("--cluster-order", options.exact.cluster_order,
+                       "Clusters of triangles that lie together in space (sort index buffers by them), or runs of the file's order")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, ClusterOrder>{{"compact", ClusterOrder::compact}, {"file", ClusterOrder::file}}))
+        ->default_str("compact");
     command.add_option("--cluster-triangles", options.exact.cluster_triangles, "Most triangles of a cluster")
         ->capture_default_str();
     command

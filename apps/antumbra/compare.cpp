@@ -15,6 +15,11 @@ struct CompareArguments {
     CompareOptions options;
 };
 
+const char* name_of(CompareUnits units) {
+    static constexpr const char* names[] = {"objects", "clusters", "groups"};
+    return names[std::size_t(units)];
+}
+
 Json to_json(const ComparedFile& file, const Pvs& pvs, const std::string& path) {
     return {{"file", path},
             {"guarantee", to_string(pvs.guarantee())},
@@ -26,13 +31,16 @@ Json to_json(const ComparedFile& file, const Pvs& pvs, const std::string& path) 
             {"mean_only", file.mean_only},
             {"objects", file.objects},
             {"objects_only", file.objects_only},
-            {"pixels_only", file.pixels_only}};
+            {"pixels_only", file.pixels_only},
+            {"clusters", file.clusters},
+            {"mean_triangles", file.mean_triangles}};
 }
 
 Json to_json(const Scene& scene, const std::vector<ComparedObject>& objects) {
     Json list = Json::array();
     for (const ComparedObject& one : objects)
         list.push_back({{"id", one.object},
+                        {"unit", one.unit},
                         {"name", std::string(scene.name(one.object))},
                         {"pairs", one.pairs},
                         {"volume", one.volume},
@@ -40,11 +48,20 @@ Json to_json(const Scene& scene, const std::vector<ComparedObject>& objects) {
     return list;
 }
 
+/// ", cluster 7": which part of the object is meant, if it is not the whole.
+std::string part_of(const CompareResult& result, std::uint32_t unit) {
+    return result.units == CompareUnits::objects    ? ""
+           : result.units == CompareUnits::clusters ? fmt::format(", cluster {}", unit)
+                                                    : fmt::format(", group {}", unit);
+}
+
 void print_json(const CompareArguments& arguments, const Scene& scene, const Pvs& a, const Pvs& b,
                 const CompareResult& result) {
     Json document;
     document["a"] = to_json(result.a, a, arguments.a);
     document["b"] = to_json(result.b, b, arguments.b);
+    document["units"] = name_of(result.units);
+    document["unit_count"] = result.unit_count;
     document["same_cells"] = result.same_cells;
     document["pieces"] = result.pieces;
     document["common_of_a"] = result.common_of_a;
@@ -60,6 +77,7 @@ void print_json(const CompareArguments& arguments, const Scene& scene, const Pvs
     document["first"] = Json::array();
     for (const Contradiction& one : result.first)
         document["first"].push_back({{"id", one.object},
+                                     {"unit", one.unit},
                                      {"name", std::string(scene.name(one.object))},
                                      {"seen_by", one.a_sees ? "a" : "b"},
                                      {"cell_a", one.cell_a},
@@ -79,9 +97,12 @@ void print_text(const CompareArguments& arguments, const Scene& scene, const Pvs
                    100 * result.common_of_a, 100 * result.common_of_b);
     fmt::print("pairs      {} in both, {} only in A, {} only in B\n", result.pairs_both, result.a.pairs_only,
                result.b.pairs_only);
-    fmt::print("visible    A {:.1f} objects on average, {:.2f} of them only in A; B {:.1f}, {:.2f} only in B\n",
-               result.a.mean_objects, result.a.mean_only, result.b.mean_objects, result.b.mean_only);
-    fmt::print("objects    {} listed somewhere by A and nowhere by B, {} the other way round\n", result.a.objects_only,
+    const char* units = name_of(result.units);
+    fmt::print("visible    A {:.1f} {} on average, {:.2f} of them only in A; B {:.1f}, {:.2f} only in B\n",
+               result.a.mean_objects, units, result.a.mean_only, result.b.mean_objects, result.b.mean_only);
+    fmt::print("triangles  {:.1f} on average in what A lists, {:.1f} in what B lists\n", result.a.mean_triangles,
+               result.b.mean_triangles);
+    fmt::print("{:<10} {} listed somewhere by A and nowhere by B, {} the other way round\n", units, result.a.objects_only,
                result.b.objects_only);
     if (result.pixels)
         fmt::print("pixels     of {} from {} viewpoints: {} see what only A lists, {} what only B lists, {} what neither "
@@ -89,8 +110,8 @@ void print_text(const CompareArguments& arguments, const Scene& scene, const Pvs
                    result.pixels, result.viewpoints, result.a.pixels_only, result.b.pixels_only, result.pixels_neither);
     for (const auto& [letter, list] : {std::pair("A", &result.only_a), std::pair("B", &result.only_b)})
         for (const ComparedObject& one : *list)
-            fmt::print("only {}     {} '{}': {} pairs, {:.3g}% of the space, {} pixels\n", letter, one.object,
-                       scene.name(one.object), one.pairs, 100 * one.volume, one.pixels);
+            fmt::print("only {}     {} '{}'{}: {} pairs, {:.3g}% of the space, {} pixels\n", letter, one.object,
+                       scene.name(one.object), part_of(result, one.unit), one.pairs, 100 * one.volume, one.pixels);
     for (const std::string& sentence : result.words)
         fmt::print("{}\n", sentence);
 }
@@ -114,12 +135,12 @@ int run_compare(CompareArguments& arguments) {
         return 0;
     const Contradiction& first = result->first.front();
     return fail({ErrorCode::internal,
-                 fmt::format("{} and {} contradict each other in {} pairs: {} lists object {} '{}' from its cell {}, and "
+                 fmt::format("{} and {} contradict each other in {} pairs: {} lists object {} '{}'{} from its cell {}, and "
                              "only what is visible; {}, which lists all that is visible from there, does not (cell {}); do "
                              "not trust either, try `antumbra explain`",
                              arguments.a, arguments.b, result->contradictions,
                              first.a_sees ? arguments.a : arguments.b, first.object, scene->name(first.object),
-                             first.a_sees ? first.cell_a : first.cell_b, first.a_sees ? arguments.b : arguments.a,
+                             part_of(*result, first.unit), first.a_sees ? first.cell_a : first.cell_b, first.a_sees ? arguments.b : arguments.a,
                              first.a_sees ? first.cell_b : first.cell_a)});
 }
 

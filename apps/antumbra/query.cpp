@@ -47,11 +47,22 @@ std::vector<std::uint32_t> visible_ids(const PvsCursor& cursor) {
     return ids;
 }
 
-std::uint64_t count_volumes(const PvsCursor& cursor) {
+std::uint64_t count_volumes(const Pvs& pvs, const PvsCursor& cursor) {
     std::uint64_t count = 0;
-    for (std::uint64_t word : cursor.volumes)
-        count += static_cast<unsigned>(std::popcount(word));
+    for (std::size_t v = 0; v < pvs.volumes().cells() && v / 64 < cursor.volumes.size(); ++v)
+        count += cursor.volumes[v / 64] >> (v % 64) & 1; // bits of clusters follow
     return count;
+}
+
+/// Clusters that are seen, of objects that are.
+std::vector<std::uint32_t> visible_clusters(const Pvs& pvs, const PvsCursor& cursor) {
+    std::vector<std::uint32_t> clusters;
+    for (std::uint32_t o = 0; o < pvs.object_count(); ++o)
+        if (cursor.visible[o / 64] >> (o % 64) & 1)
+            for (std::uint32_t c = pvs.first_cluster_of(o); c < pvs.first_cluster_of(o + 1); ++c)
+                if (pvs.is_cluster_visible(c, cursor))
+                    clusters.push_back(c);
+    return clusters;
 }
 
 /// Why an answer is "everything"; nullptr if it is not.
@@ -88,9 +99,11 @@ void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, 
         Json document;
         document["cell"] = cursor.cell < 0 ? Json(nullptr) : Json(cursor.cell);
         document["guarantee"] = to_string(guarantee);
-        document["volumes_visible"] = count_volumes(cursor);
+        document["volumes_visible"] = count_volumes(pvs, cursor);
         document["everything"] = cursor.everything;
         document["count"] = ids.size();
+        document["clusters"] = visible_clusters(pvs, cursor);
+        document["cluster_count"] = pvs.cluster_count();
         document["visible"] = Json::array();
         for (std::uint32_t id : ids)
             document["visible"].push_back(describe(pvs, id));
@@ -99,6 +112,8 @@ void print_answer(const Pvs& pvs, const PvsCursor& cursor, Guarantee guarantee, 
     }
     fmt::print("cell       {}\n", cursor.cell < 0 ? "none" : std::to_string(cursor.cell));
     fmt::print("guarantee  {}\nvisible    {} of {} objects\n", label(pvs, guarantee), ids.size(), pvs.object_count());
+    if (pvs.cluster_count() > 0)
+        fmt::print("clusters   {} of {}\n", visible_clusters(pvs, cursor).size(), pvs.cluster_count());
     for (std::uint32_t id : ids) {
         PvsObject object = pvs.object(id);
         fmt::print("{:>8}  node {} primitive {} instance {}  {}\n", id, object.node, object.primitive, object.instance,

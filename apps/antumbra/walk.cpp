@@ -16,7 +16,7 @@ namespace {
 struct WalkArguments {
     Common common;
     SceneArguments scene;
-    std::string pvs, path = "auto", save_path, size = "640x360", report;
+    std::string pvs, path = "auto", save_path, size = "640x360", report, study_pictures;
     std::string cull, studies, choice = "area-angle";
     std::uint32_t frames = 0;
     bool no_draw = false;
@@ -205,6 +205,19 @@ Status check_studies(const WalkArguments& arguments) {
     return {};
 }
 
+/// NAME-1.png, NAME-1.glb ..: the pictures of each study.
+Status write_pictures(const WalkArguments& arguments, std::span<const Study> studies) {
+    for (const Study& study : studies)
+        for (std::size_t k = 0; k < study.pictures.size() && !arguments.study_pictures.empty(); ++k) {
+            std::string path = arguments.study_pictures + "/" + study.name + "-" + std::to_string(k + 1);
+            for (const auto& [bytes, end] : {std::pair(&study.pictures[k].png, ".png"), std::pair(&study.pictures[k].glb, ".glb")})
+                if (!bytes->empty())
+                    if (Status status = write_file_atomically(path + end, std::span<const std::byte>(*bytes)); !status)
+                        return status;
+        }
+    return {};
+}
+
 int finish(const WalkArguments& arguments, const Scene& scene, const Pvs* pvs, const FoundPath& path,
            const WalkResult& result, std::span<const Study> studies) {
     for (const std::string& text : result.notes)
@@ -216,6 +229,8 @@ int finish(const WalkArguments& arguments, const Scene& scene, const Pvs* pvs, c
         for (const Study& study : studies)
             print_study(study);
     }
+    if (Status status = write_pictures(arguments, studies); !status)
+        return fail(status);
     if (!arguments.report.empty()) {
         ReportOptions options;
         options.path_description = path.description;
@@ -307,6 +322,9 @@ void add_walk(CLI::App& app) {
     for (std::string_view name : study_names())
         studies += (studies.empty() ? "" : "; ") + std::string(name) + ": " + std::string(study_summary(name));
     command.add_option("--study", arguments->studies, "Papers to make again on this scene, by commas. " + studies);
+    command.add_option("--study-pictures", arguments->study_pictures,
+                       "A folder for the pictures of the studies (.png, and .glb where there is a drawing)")
+        ->check(CLI::ExistingDirectory);
     command.add_option("--occluders", options.occluders, "Occluders per frame, for methods that choose some [theirs]");
     add_occluder_choice(command, arguments->choice);
     command.add_option("--repeat", options.repeat, "Times that the walk is timed")

@@ -159,6 +159,22 @@ ant_status ant_object_describe(const ant_pvs* pvs, uint32_t object, ant_object* 
 /* The object's name; buffer and length as in ant_pvs_read_text. Errors: ANT_USAGE, ANT_LIMIT. */
 ant_status ant_object_read_name(const ant_pvs* pvs, uint32_t object, char* buffer, size_t capacity, size_t* length);
 
+/* ---- Clusters ---------------------------------------------------------------------------------------------
+ *
+ * Files that list clusters say which triangles of an object can be seen, not only that the object can. To draw them: once, sort
+ * each object's index buffer by the clusters of its triangles (keeping the order within each), so that a cluster is a range of
+ * it; then, whenever an answer has changed, draw the ranges of visible clusters. */
+
+#define ANT_NO_CLUSTER 0xFFFFFFFFu /* of a triangle without area: never seen */
+
+/* How many clusters all objects have together; 0: only objects are listed. Errors: ANT_USAGE. */
+ant_status ant_pvs_count_clusters(const ant_pvs* pvs, uint32_t* count);
+
+/* For each of the object's triangles in the scene's file, in order (triangle t has corners 3 t .. 3 t + 2 of its index buffer):
+ * the number of its cluster, or ANT_NO_CLUSTER. `*count` triangles: if that is not what your own buffer holds, draw the object
+ * whole. Errors: ANT_USAGE (also where there are no clusters), ANT_LIMIT. Cost: O(triangles); memory while it runs. */
+ant_status ant_object_read_clusters(const ant_pvs* pvs, uint32_t object, uint32_t* clusters, size_t capacity, size_t* count);
+
 /* ---- Cells ------------------------------------------------------------------------------------------------ */
 
 typedef enum ant_cell_kind {
@@ -172,10 +188,12 @@ typedef struct ant_cell {
     double min[3], max[3]; /* closed box, world */
 } ant_cell;
 
-/* Cell (i,j,k) has number i + grid_count[0] * (j + grid_count[1] * k). Errors: ANT_USAGE. Cost: nanoseconds. */
+/* Cell (i,j,k) has number i + grid_count[0] * (j + grid_count[1] * k). In a file with a view tree the cells are the leaves among
+ * the numbers below tree_nodes; the others are ANT_USAGE. A leaf may stand for some directions alone: several share their space
+ * then. Errors: ANT_USAGE. Cost: nanoseconds. */
 ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description);
 
-/* The cell that holds a point, or -1 outside all of them and for NaN. A point on a face that two cells share is in
+/* The cell that holds a point, or -1 outside all of them, for NaN, and where leaves of a view tree split directions. A point on a face that two cells share is in
  * the one above it. Errors: ANT_USAGE. Cost: some ten nanoseconds. */
 ant_status ant_cell_find(const ant_pvs* pvs, const double point[3], int64_t* cell);
 
@@ -235,6 +253,13 @@ ant_status ant_cursor_read_bits(const ant_cursor* cursor, uint8_t* bytes, size_t
 
 /* `*visible` becomes 1 or 0. Errors: ANT_USAGE (also before the first query). Cost: a nanosecond. */
 ant_status ant_cursor_sees(const ant_cursor* cursor, uint32_t object, int* visible);
+
+/* The same of clusters: `*visible` becomes 1 or 0; 1 where that cannot be told. The frustum of a range is not looked at: draw
+ * the visible clusters of visible objects. Errors: ANT_USAGE (also before the first query). */
+ant_status ant_cursor_sees_cluster(const ant_cursor* cursor, uint32_t cluster, int* visible);
+
+/* All clusters as a bit set, as ant_cursor_read_bits. Errors: ANT_USAGE (also before the first query), ANT_LIMIT. */
+ant_status ant_cursor_read_cluster_bits(const ant_cursor* cursor, uint8_t* bytes, size_t capacity, size_t* count);
 
 /* What a renderer has to do: the objects that are visible now and were not at the last successful call of this
  * function (`shown`), and the other way round (`hidden`), both ascending. Before the first call everything counts as

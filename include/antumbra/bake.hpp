@@ -67,8 +67,14 @@ struct ViewTreeOptions {
 /// What a bake lists. Objects are listed in any case.
 enum class Granularity : std::uint8_t {
     object,
-    cluster,  ///< objects of many triangles are cut into ranges of these
+    cluster,  ///< objects of many triangles are cut into parts
     triangle, ///< every triangle on its own
+};
+
+/// Which triangles of an object make a cluster.
+enum class ClusterOrder : std::uint8_t {
+    compact, ///< those that lie together in space, wherever the file has them: index buffers must be sorted by cluster
+    file,    ///< runs of the order in the file: can be drawn from the index buffers as they are
 };
 
 /// How the exact query is answered (docs/methods/exact.md). Both forms are exact and list the same.
@@ -82,6 +88,7 @@ struct ExactOptions {
     ExactForm form = ExactForm::fast;
     Granularity granularity = Granularity::object;
     std::uint32_t cluster_triangles = 256; ///< the most in a cluster
+    ClusterOrder cluster_order = ClusterOrder::compact;
     /// Budget of one query in pieces; beyond it its target is listed as visible and counted as undecided.
     std::uint32_t max_pieces = 20000;
     /// Cells of a grid are solved in blocks of so many along each axis (a power of two, up to 64): what no line from the
@@ -169,9 +176,11 @@ struct BakeResult {
 };
 
 struct BakePlan {
-    CellGrid grid;
+    CellGrid grid; ///< no cells where they are not a grid
     std::uint64_t cells_to_bake = 0;
-    double estimated_seconds = 0; ///< from a few cells baked for the purpose
+    /// Cells are leaves of a tree that grows as it is baked: their number is an estimate, too.
+    bool is_cells_estimate = false;
+    double estimated_seconds = 0; ///< from a few cells, or tiles of the tree, baked for the purpose
     std::uint64_t estimated_bytes = 0;
 };
 

@@ -69,6 +69,8 @@ struct Explanation {
     std::int64_t cell = -1;      ///< grid: the cell; view tree: the node of the first leaf around the eye; -1: outside
     CellState state = CellState::outside;
     bool listed = true;          ///< what the file says: visible from there
+    /// Of a file that lists clusters: those of the object, and how many of them it lists there.
+    std::uint32_t clusters = 0, clusters_listed = 0;
     bool always_visible = false; ///< the object is never culled, whatever is in the way
     Guarantee guarantee = Guarantee::approximate; ///< of that: conservative where no cell answers
     SightAnswer from_eye;
@@ -110,7 +112,7 @@ Result<std::uint32_t> find_object(const Scene& scene, const std::string& name_or
 std::string explain_in_words(const Scene& scene, const Explanation& explanation);
 
 /// One JSON object. Its keys, which stay: object {id, name, node, primitive, instance}, eye, cell {index, state, min, max},
-/// pvs {listed, guarantee, always_visible}, words, and `from_eye` and `from_cell` (null without a cell) {answer (visible,
+/// pvs {listed, guarantee, always_visible, clusters, clusters_listed}, words, and `from_eye` and `from_cell` (null without a cell) {answer (visible,
 /// hidden, undecided), from {min, max}, touches, witness {from, to, triangle, object} or null, sight_lines,
 /// lines_through, undrawn, hiders [{id, name, share, leaves, triangles}], certificate {parts, splits, leaves, verified}}.
 std::string explain_in_json(const Scene& scene, const Explanation& explanation);

@@ -38,6 +38,15 @@ struct PvsObject {
     std::string name;
 };
 
+/// Which cluster each triangle of an object belongs to.
+struct PvsTriangles {
+    static constexpr std::uint32_t kNone = 0xFFFFFFFFu; ///< no cluster: without area, never seen
+    std::uint32_t in_file = 0; ///< triangles that the object has in the scene's file, those without area included
+    /// Number of the cluster: of these, in the order of the file (triangle t has corners 3 t .. 3 t + 2 of the index buffer),
+    /// then of those that were added to close cracks.
+    std::vector<std::uint32_t> cluster;
+};
+
 /// Values of PvsData::cell_row that are no row.
 inline constexpr std::uint32_t kCellNotBaked = 0xFFFFFFFFu; ///< outside `--where`: everything is visible
 inline constexpr std::uint32_t kCellSolid = 0xFFFFFFFEu;    ///< inside geometry, no viewpoint: everything is visible
@@ -113,6 +122,10 @@ struct ViewTree {
     double position(int axis, std::uint32_t step) const;
     /// The spatial part of a view box.
     Box3d spatial_box(const ViewRegion& box) const;
+    /// The view box of a node. O(depth).
+    ViewRegion region(std::uint32_t node) const;
+    /// The leaf that holds a viewpoint in every direction, or -1 where directions are split, and outside. O(depth).
+    std::int64_t find_leaf(const Vec3d& eye) const;
     /// ErrorCode::usage if the nodes are no tree in preorder of at most kMostDepth, a split lies outside its node, the
     /// bounds are not finite, or a leaf's row is neither below row_count nor one of the two special values.
     Status check(std::uint32_t row_count) const;
@@ -142,10 +155,12 @@ struct PvsData {
     /// Bit objects.size() + v of a row: some of volume v, a cell of this grid, can be seen. Count 0: none;
     /// at most 2^20.
     CellGrid volumes;
-    /// Clusters: ranges of the scene's triangles, each within one object (no empty ones), listed besides the objects. Range c
-    /// is cluster_first[c] .. cluster_first[c + 1]; the last entry is the number of all triangles. Bit objects.size() +
-    /// volumes.cells() + c of a row: some of cluster c can be seen. Empty: no clusters.
+    /// Clusters: triangles of one object each (no empty ones), listed besides the objects. Sorted by cluster, the scene's
+    /// triangles cluster_first[c] .. cluster_first[c + 1] are those of cluster c; the last entry is the number of all
+    /// triangles. Bit objects.size() + volumes.cells() + c of a row: some of cluster c can be seen. Empty: no clusters.
     std::vector<std::uint32_t> cluster_first;
+    /// Per object: which triangles its clusters hold. Empty: the scene's triangles are in the order of clusters already.
+    std::vector<PvsTriangles> triangles;
     std::uint32_t row_count = 0;
     std::vector<std::uint64_t> rows; ///< row_count * words_per_row() words; bits beyond bits_per_row() are zero
 
@@ -236,8 +251,21 @@ class Pvs {
         return std::size_t(object_count_) + std::size_t(volumes_.cells()) + cluster_count_;
     }
     std::uint32_t cluster_count() const { return cluster_count_; } ///< 0: only objects are listed
-    /// The first triangle (of the scene, in order) of cluster c; of c == cluster_count(): the number of all triangles.
+    /// Where the triangles of cluster c begin, once those of the scene are sorted by cluster; of c == cluster_count(): the
+    /// number of all triangles.
     std::uint32_t cluster_first(std::uint32_t c) const;
+    /// The clusters of an object: from this one up to, not including, that of the next object (`object` up to object_count()).
+    /// 0 where there are none.
+    std::uint32_t first_cluster_of(std::uint32_t object) const {
+        return object < cluster_index_.size() ? cluster_index_[object] : 0;
+    }
+    /// Which cluster each triangle of the object in the scene's file belongs to. To draw clusters as ranges, sort the
+    /// object's index buffer by them once, keeping their order within each, and leave out what belongs to none. In files of
+    /// before chunk CTRI triangles without area are not counted: compare `in_file` with your own number, and draw such an
+    /// object whole if they differ. `most`: how many triangles the caller takes; where the file tells of more (a damaged one
+    /// may claim anything), the list is empty. O(triangles of the object).
+    PvsTriangles triangles_of(std::uint32_t object, std::uint32_t most) const;
+    bool tells_triangles() const { return !triangle_index_.empty(); } ///< the file has chunk CTRI
     /// Can something of cluster c be seen, by the cursor's last answer? True where that cannot be told. The frustum of a
     /// range is not looked at.
     bool is_cluster_visible(std::uint32_t c, const PvsCursor& cursor) const;
@@ -290,7 +318,9 @@ class Pvs {
     ViewTree tree_;
     std::uint32_t object_count_ = 0, row_count_ = 0;
     std::uint32_t cluster_count_ = 0;
-    std::span<const std::byte> objects_, names_, cells_, clusters_, row_index_, row_bytes_;
+    std::vector<std::uint32_t> cluster_index_; ///< ClusterIndex::first
+    std::vector<std::size_t> triangle_index_;  ///< ClusterIndex::triangles
+    std::span<const std::byte> objects_, names_, cells_, clusters_, triangles_, row_index_, row_bytes_;
     std::uint64_t visibility_bytes_ = 0;
     /// Index and rows in PvsCoding::cheapest, where the file's own coding has no random access.
     std::shared_ptr<const std::array<std::vector<std::byte>, 2>> unpacked_;

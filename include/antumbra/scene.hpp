@@ -122,6 +122,9 @@ class Scene {
     std::span<const Object> objects() const { return objects_; }
     /// Index of the object of each triangle.
     std::span<const std::uint32_t> triangle_objects() const { return triangle_objects_; }
+    /// Number of each triangle within its object in the file, degenerate ones counted: what a renderer's index buffer has
+    /// at three times this place. Those that close cracks go on from Object::source_triangles. Ascends within an object.
+    std::span<const std::uint32_t> triangle_sources() const { return triangle_sources_; }
     std::string_view name(std::uint32_t object) const { return names_[object]; }
     SidesOption sides() const { return sides_; }
     double crack_width() const { return crack_width_; } ///< SceneOptions::crack_width
@@ -151,7 +154,7 @@ class Scene {
     double crack_width_ = 0;
     std::vector<Vec3f> positions_;
     std::vector<TriangleIndices> triangles_;
-    std::vector<std::uint32_t> triangle_objects_;
+    std::vector<std::uint32_t> triangle_objects_, triangle_sources_;
     std::vector<Object> objects_;
     std::vector<std::string> names_;
     std::vector<Finding> findings_;

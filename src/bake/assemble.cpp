@@ -40,8 +40,10 @@ Json describe(const Scene& scene, const BakeOptions& options, const CellGrid& gr
     if (options.method == "exact") {
         static constexpr const char* granularities[] = {"object", "cluster", "triangle"};
         json["granularity"] = granularities[std::size_t(options.exact.granularity)];
-        if (options.exact.granularity == Granularity::cluster)
+        if (options.exact.granularity == Granularity::cluster) {
             json["cluster_triangles"] = options.exact.cluster_triangles;
+            json["cluster_order"] = options.exact.cluster_order == ClusterOrder::file ? "file" : "compact";
+        }
         json["form"] = options.exact.form == ExactForm::published ? "published" : "fast";
         json["max_pieces"] = options.exact.max_pieces;
         json["cell_work"] = options.exact.cell_work;
@@ -185,6 +187,7 @@ Assembled assemble(const SamplingScene& shared, const ExactCells* exact, const E
     if (exact) {
         pvs.guarantee = work.undecided ? Guarantee::conservative : Guarantee::exact;
         pvs.cluster_first = exact->cluster_first();
+        pvs.triangles = exact->triangles();
     }
     pvs.volumes = shared.volumes().grid();
     pvs.options_json = options_json(scene, options, grid, statistics, plan);

@@ -1,6 +1,7 @@
 #include <antumbra/bake.hpp>
 
 #include "bake/assemble.hpp"
+#include "bake/check_options.hpp"
 #include "bake/exact/exact_cells.hpp"
 #include "bake/view_cells.hpp"
 #include "base/parallel.hpp"
@@ -25,7 +26,9 @@ double process_cpu_seconds() {
     return double(now.tv_sec) + double(now.tv_nsec) * 1e-9;
 }
 
-Status check(const BakeOptions& options) {
+} // namespace
+
+Status check_options(const BakeOptions& options) {
     if (options.method != "sampled" && options.method != "exact")
         return {ErrorCode::usage, "unknown bake method '" + options.method + "'; known: sampled, exact"};
     if (options.method != "exact" && options.exact.granularity != Granularity::object)
@@ -59,12 +62,10 @@ Status check(const BakeOptions& options) {
     return {};
 }
 
-} // namespace
-
 Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Job& job) {
     Clock::time_point start = Clock::now();
     double cpu_start = process_cpu_seconds();
-    if (Status status = check(options); !status)
+    if (Status status = check_options(options); !status)
         return status;
     Tracer tracer = Tracer::build(scene, job);
     SamplingScene shared(tracer, options);
@@ -77,45 +78,6 @@ Result<BakeResult> bake(const Scene& scene, const BakeOptions& options, const Jo
         result->statistics.cpu_seconds = process_cpu_seconds() - cpu_start;
     }
     return result;
-}
-
-Result<BakePlan> plan_bake(const Scene& scene, const BakeOptions& options, const Job& job) {
-    constexpr std::size_t kProbedCells = 8;
-    if (Status status = check(options); !status)
-        return status;
-    Result<ViewCells> view = lay_view_cells(scene, options);
-    if (!view)
-        return view.status();
-    BakePlan plan;
-    plan.grid = view->grid;
-    plan.cells_to_bake = view->to_bake.size();
-    Clock::time_point start = Clock::now();
-    Tracer tracer = Tracer::build(scene, job);
-    SamplingScene shared(tracer, options);
-    std::optional<ExactCells> exact;
-    if (options.method == "exact")
-        exact.emplace(shared);
-    double set_up_seconds = seconds_since(start);
-    std::size_t probed = std::min(kProbedCells, view->to_bake.size());
-    std::atomic<std::uint64_t> set_bits{0}, rows{0};
-    start = Clock::now();
-    parallel_for(probed, job, [&](std::size_t index, unsigned) {
-        std::uint64_t cell = view->to_bake[(2 * index + 1) * view->to_bake.size() / (2 * probed)];
-        Box3d box = view->grid.cell(cell);
-        RegionSample sample = exact ? exact->solve(box).sample : sample_cell(shared, box);
-        rows += !sample.solid;
-        set_bits += count_objects(sample, scene.objects().size());
-    });
-    if (job.cancelled())
-        return Status(ErrorCode::cancelled, "stopped");
-    double cells = double(plan.cells_to_bake);
-    plan.estimated_seconds = set_up_seconds + seconds_since(start) * cells / double(std::max<std::size_t>(probed, 1));
-    // A row costs at most two bytes for each visible object and a bit for each object; the header, about 64 an object.
-    double objects = double(scene.objects().size());
-    double row_bytes = std::min(objects / 8, 2 * double(set_bits) / double(std::max<std::uint64_t>(rows, 1)));
-    plan.estimated_bytes = std::uint64_t(64 * objects + double(plan.grid.cells()) * 4 + row_bytes * cells *
-                                         double(rows) / double(std::max<std::size_t>(probed, 1)));
-    return plan;
 }
 
 } // namespace antumbra

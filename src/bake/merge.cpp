@@ -132,6 +132,9 @@ Status Merger::check() {
     return {};
 }
 
+/// Of an object: more are only claimed by a damaged file, which is refused when the result is written.
+constexpr std::uint32_t kMostTriangles = 1u << 28;
+
 void Merger::begin(PvsData& data) const {
     const Pvs& one = parts_[0];
     data.guarantee = one.guarantee();
@@ -148,6 +151,8 @@ void Merger::begin(PvsData& data) const {
     data.volumes = one.volumes();
     for (std::uint32_t c = 0; one.cluster_count() > 0 && c <= one.cluster_count(); ++c)
         data.cluster_first.push_back(one.cluster_first(c));
+    for (std::uint32_t o = 0; one.tells_triangles() && o < one.object_count(); ++o)
+        data.triangles.push_back(one.triangles_of(o, kMostTriangles));
     data.tree.bounds = one.tree().bounds;
     for (std::uint32_t o = 0; o < one.object_count(); ++o)
         data.objects.push_back(one.object(o));

@@ -136,11 +136,42 @@ ant_status ant_object_read_name(const ant_pvs* pvs, uint32_t object, char* buffe
     return read_text(pvs->pvs.object_name(object), buffer, capacity, length);
 }
 
-ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description) {
-    if (!pvs || !description || cell >= pvs->pvs.grid().cells())
+ant_status ant_pvs_count_clusters(const ant_pvs* pvs, uint32_t* count) {
+    if (!pvs || !count)
         return ANT_USAGE;
-    std::uint32_t row = pvs->pvs.cell_row(cell);
-    antumbra::Box3d box = pvs->pvs.grid().cell(cell);
+    *count = pvs->pvs.cluster_count();
+    return ANT_OK;
+}
+
+ant_status ant_object_read_clusters(const ant_pvs* pvs, uint32_t object, uint32_t* clusters, size_t capacity, size_t* count) {
+    if (!pvs || !count || object >= pvs->pvs.object_count() || pvs->pvs.cluster_count() == 0)
+        return ANT_USAGE;
+    // A damaged file may claim any number of triangles: what the caller has room for bounds the memory.
+    constexpr std::size_t kBehind = std::size_t(1) << 24; // that close cracks, behind those of the file
+    std::size_t most = clusters ? std::min<std::size_t>(capacity, 0xFFFFFFFFu - kBehind) + kBehind : 0;
+    antumbra::PvsTriangles triangles = pvs->pvs.triangles_of(object, std::uint32_t(most));
+    ant_status status = check_buffer(clusters, capacity, triangles.in_file);
+    if (status == ANT_USAGE)
+        return status;
+    *count = triangles.in_file;
+    if (status != ANT_OK || !clusters)
+        return status;
+    if (triangles.cluster.size() < triangles.in_file)
+        return ANT_LIMIT;
+    std::copy_n(triangles.cluster.begin(), triangles.in_file, clusters);
+    return ANT_OK;
+}
+
+ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description) {
+    if (!pvs || !description)
+        return ANT_USAGE;
+    const antumbra::ViewTree& tree = pvs->pvs.tree();
+    bool is_leaf = cell < tree.nodes.size() && tree.nodes[std::size_t(cell)].axis == antumbra::ViewNode::kLeaf;
+    if (!is_leaf && cell >= pvs->pvs.grid().cells())
+        return ANT_USAGE;
+    std::uint32_t row = is_leaf ? tree.nodes[std::size_t(cell)].link : pvs->pvs.cell_row(cell);
+    antumbra::Box3d box =
+        is_leaf ? tree.spatial_box(tree.region(static_cast<std::uint32_t>(cell))) : pvs->pvs.grid().cell(cell);
     description->kind = row == antumbra::kCellNotBaked ? ANT_CELL_NOT_BAKED
                         : row == antumbra::kCellSolid  ? ANT_CELL_SOLID
                                                        : ANT_CELL_BAKED;
@@ -152,7 +183,8 @@ ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* descri
 ant_status ant_cell_find(const ant_pvs* pvs, const double point[3], int64_t* cell) {
     if (!pvs || !point || !cell)
         return ANT_USAGE;
-    *cell = pvs->pvs.grid().find(vector(point));
+    const antumbra::ViewTree& tree = pvs->pvs.tree();
+    *cell = tree.nodes.empty() ? pvs->pvs.grid().find(vector(point)) : tree.find_leaf(vector(point));
     return ANT_OK;
 }
 
@@ -196,6 +228,30 @@ ant_status ant_cursor_sees_box(const ant_cursor* cursor, const double box_min[3]
     if (!has_answer(cursor) || !box_min || !box_max || !visible)
         return ANT_USAGE;
     *visible = cursor->pvs->is_box_visible({vector(box_min), vector(box_max)}, cursor->cursor) ? 1 : 0;
+    return ANT_OK;
+}
+
+ant_status ant_cursor_sees_cluster(const ant_cursor* cursor, uint32_t cluster, int* visible) {
+    if (!has_answer(cursor) || !visible || cluster >= cursor->pvs->cluster_count())
+        return ANT_USAGE;
+    *visible = cursor->pvs->is_cluster_visible(cluster, cursor->cursor) ? 1 : 0;
+    return ANT_OK;
+}
+
+ant_status ant_cursor_read_cluster_bits(const ant_cursor* cursor, uint8_t* bytes, size_t capacity, size_t* count) {
+    if (!has_answer(cursor) || !count)
+        return ANT_USAGE;
+    std::uint32_t clusters = cursor->pvs->cluster_count();
+    std::size_t needed = (std::size_t(clusters) + 7) / 8;
+    ant_status status = check_buffer(bytes, capacity, needed);
+    if (status == ANT_USAGE)
+        return status;
+    *count = needed;
+    if (status != ANT_OK || !bytes)
+        return status;
+    std::fill_n(bytes, needed, std::uint8_t(0));
+    for (std::uint32_t c = 0; c < clusters; ++c)
+        bytes[c / 8] |= static_cast<std::uint8_t>(cursor->pvs->is_cluster_visible(c, cursor->cursor) << c % 8);
     return ANT_OK;
 }
 

@@ -1,5 +1,5 @@
 #include "bake/viewpoint.hpp"
-#include "base/parallel.hpp"
+#include "base/collect.hpp"
 #include "base/random.hpp"
 #include "evaluate/item_buffer.hpp"
 
@@ -9,7 +9,6 @@
 #include <bit>
 #include <map>
 #include <cstdio>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 namespace antumbra {
@@ -209,21 +208,18 @@ Result<VerifyResult> verify(const Scene& scene, const Pvs& pvs, const VerifyOpti
         return Status(ErrorCode::usage, "no cell of the file is baked: there is nothing to verify");
     std::vector<VerifyResult> results(options.samples);
     std::vector<PvsCursor> cursors(worker_count(job));
-    std::mutex mutex;
-    std::uint64_t done = 0;
-    parallel_for(options.samples, job, [&](std::size_t sample, unsigned worker) {
+    auto judge = [&](std::size_t sample, unsigned worker) {
         std::uint64_t in_matter = 0;
-        PvsCursor& cursor = cursors[worker];
-        if (std::optional<Viewpoint> viewpoint = source.draw(std::uint32_t(sample), cursor, in_matter))
-            results[sample] = judge_viewpoint(tracer, *viewpoint, FaceAnswers(pvs, *viewpoint, cursor), options,
-                                              std::uint32_t(sample));
-        results[sample].in_matter = in_matter;
-        std::lock_guard lock(mutex);
-        if (++done; job.progress)
-            job.progress({"verify", done, options.samples, "viewpoints"});
-    });
-    if (job.cancelled())
-        return Status(ErrorCode::cancelled, "stopped after " + std::to_string(done) + " viewpoints");
+        VerifyResult one;
+        if (std::optional<Viewpoint> viewpoint = source.draw(std::uint32_t(sample), cursors[worker], in_matter))
+            one = judge_viewpoint(tracer, *viewpoint, FaceAnswers(pvs, *viewpoint, cursors[worker]), options,
+                                  std::uint32_t(sample));
+        one.in_matter = in_matter;
+        return one;
+    };
+    auto take = [&](std::size_t sample, VerifyResult one) { results[sample] = std::move(one); };
+    if (Status status = collect(options.samples, job, "verify", "viewpoints", judge, take); !status)
+        return status;
     VerifyResult result;
     for (const VerifyResult& one : results) {
         if (one.viewpoints == 0)

@@ -1,4 +1,5 @@
 // PvsData to the bytes of a file.
+#include "pvs/cluster_triangles.hpp"
 #include "pvs/coding_archive.hpp"
 #include "pvs/coding_references.hpp"
 #include "pvs/coding_tree.hpp"
@@ -71,6 +72,36 @@ bool are_clusters(const PvsData& data) {
     return c + 1 == first.size() && first[c] == triangles;
 }
 
+/// Does each cluster have as many triangles as it says, and does each object have no others?
+bool are_cluster_triangles(const PvsData& data) {
+    if (data.triangles.empty())
+        return true;
+    if (data.cluster_first.empty() || data.triangles.size() != data.objects.size())
+        return false;
+    std::vector<std::uint32_t> counts(data.cluster_count(), 0);
+    std::uint32_t first = 0;
+    std::uint64_t end = 0;
+    for (std::size_t o = 0; o < data.objects.size(); ++o) {
+        std::uint32_t last = first;
+        for (end += data.objects[o].triangle_count; last < counts.size() && data.cluster_first[last] < end;)
+            ++last;
+        const PvsTriangles& triangles = data.triangles[o];
+        if (triangles.in_file > triangles.cluster.size() || !fits_u32(triangles.cluster.size()))
+            return false;
+        for (std::uint32_t c : triangles.cluster) {
+            if (c != PvsTriangles::kNone && (c < first || c >= last))
+                return false;
+            if (c != PvsTriangles::kNone)
+                ++counts[c];
+        }
+        first = last;
+    }
+    for (std::size_t c = 0; c < counts.size(); ++c)
+        if (counts[c] != data.cluster_first[c + 1] - data.cluster_first[c])
+            return false;
+    return true;
+}
+
 Status check(const PvsData& data) {
     if (data.guarantee < Guarantee::exact || data.guarantee > Guarantee::approximate)
         return usage("the guarantee is none of the four");
@@ -83,6 +114,8 @@ Status check(const PvsData& data) {
         return usage("the grid of occludee volumes is empty, larger than 2^20 or not finite");
     if (!are_clusters(data))
         return usage("the clusters are not ascending ranges that hold all triangles, each within one object");
+    if (!are_cluster_triangles(data))
+        return usage("the triangles of objects are not those of their clusters");
     if (Status status = check_cells(data); !status)
         return status;
     return check_rows(data);
@@ -302,6 +335,9 @@ Result<std::vector<std::byte>> encode_pvs(const PvsData& data, PvsCoding coding)
         sections.push_back({kVolumesChunk, kRequired, volumes.bytes});
     if (!data.cluster_first.empty())
         sections.push_back({kClustersChunk, kRequired, clusters.bytes});
+    std::vector<std::byte> triangles = encode_triangles(data);
+    if (!data.triangles.empty())
+        sections.push_back({kTrianglesChunk, kRequired, triangles});
     sections.push_back({kRowIndexChunk, kRequired, coded->index});
     sections.push_back({kRowsChunk, kRequired, coded->rows});
     return write_chunks(sections);

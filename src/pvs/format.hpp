@@ -13,13 +13,14 @@ inline constexpr ChunkId kCellsChunk = chunk_id("CELL");    ///< row of each cel
 inline constexpr ChunkId kTreeChunk = chunk_id("TREE");     ///< view tree, in place of the grid
 inline constexpr ChunkId kVolumesChunk = chunk_id("VOLS");  ///< grid of occludee volumes
 inline constexpr ChunkId kClustersChunk = chunk_id("CLUS"); ///< where each cluster of triangles begins
+inline constexpr ChunkId kTrianglesChunk = chunk_id("CTRI"); ///< which cluster each triangle is in
 inline constexpr ChunkId kRowIndexChunk = chunk_id("RIDX"); ///< where each coded row ends
 inline constexpr ChunkId kRowsChunk = chunk_id("ROWS");     ///< the coded rows
 
 /// Chunks that every reader must understand; all others are beside the bake.
 constexpr bool is_chunk_of_bake(ChunkId id) {
     for (ChunkId known : {kMetaChunk, kOptionsChunk, kObjectsChunk, kNamesChunk, kCellsChunk, kTreeChunk, kVolumesChunk, kClustersChunk,
-                          kRowIndexChunk, kRowsChunk})
+                          kTrianglesChunk, kRowIndexChunk, kRowsChunk})
         if (id == known)
             return true;
     return false;

@@ -1,5 +1,6 @@
 // Opening: proves once that every range of every chunk lies inside the file, so that queries can trust them. The
 // proof does not rely on checksums: a file made to deceive, with right checksums, is refused or answered safely.
+#include "pvs/cluster_triangles.hpp"
 #include "pvs/coding_archive.hpp"
 #include "pvs/coding_references.hpp"
 #include "pvs/coding_tree.hpp"
@@ -231,13 +232,15 @@ class PvsOpener {
         if (!has(kClustersChunk))
             return {};
         (void)get(kClustersChunk, pvs_.clusters_);
-        std::size_t count = pvs_.clusters_.size() / 4;
-        if (pvs_.clusters_.size() % 4 != 0 || count < 2 || load_u32(pvs_.clusters_, 0) != 0)
-            return corrupt(kClustersChunk, "its size or its first entry is wrong");
-        for (std::size_t c = 1; c < count; ++c)
-            if (load_u32(pvs_.clusters_, 4 * c) <= load_u32(pvs_.clusters_, 4 * c - 4))
-                return corrupt(kClustersChunk, "its entries do not ascend");
-        pvs_.cluster_count_ = static_cast<std::uint32_t>(count - 1);
+        bool tells = has(kTrianglesChunk);
+        if (tells)
+            (void)get(kTrianglesChunk, pvs_.triangles_);
+        ClusterIndex index;
+        if (const char* problem = index_clusters(pvs_.clusters_, tells ? &pvs_.triangles_ : nullptr, pvs_.objects_, index))
+            return corrupt(kClustersChunk, problem);
+        pvs_.cluster_index_ = std::move(index.first);
+        pvs_.triangle_index_ = std::move(index.triangles);
+        pvs_.cluster_count_ = pvs_.cluster_index_.back();
         return {};
     }
 

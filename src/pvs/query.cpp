@@ -1,6 +1,7 @@
 // What an opened file answers. Everything here trusts what open() has proved.
 #include <antumbra/pvs.hpp>
 
+#include "pvs/cluster_triangles.hpp"
 #include "pvs/coding_references.hpp"
 #include "pvs/count_bits.hpp"
 #include "pvs/format.hpp"
@@ -261,6 +262,18 @@ void Pvs::drop_outside(const ViewRange& range, std::span<std::uint64_t> objects)
 }
 
 std::uint32_t Pvs::cluster_first(std::uint32_t c) const { return load_u32(clusters_, std::size_t(4) * c); }
+
+PvsTriangles Pvs::triangles_of(std::uint32_t object, std::uint32_t most) const {
+    PvsTriangles triangles;
+    if (tells_triangles()) {
+        decode_triangles(triangles_, triangle_index_[object], cluster_index_[object], most, triangles);
+        return triangles;
+    }
+    triangles.in_file = load_u32(objects_, std::size_t(object) * kObjectBytes + 16);
+    for (std::uint32_t c = first_cluster_of(object); triangles.in_file <= most && c < first_cluster_of(object + 1); ++c)
+        triangles.cluster.resize(triangles.cluster.size() + cluster_first(c + 1) - cluster_first(c), c);
+    return triangles;
+}
 
 bool Pvs::is_cluster_visible(std::uint32_t c, const PvsCursor& cursor) const {
     if (cursor.everything || cursor.cell == kNoneYet || c >= cluster_count_)

@@ -58,6 +58,28 @@ Box3d ViewTree::spatial_box(const ViewRegion& box) const {
     return space;
 }
 
+ViewRegion ViewTree::region(std::uint32_t node) const {
+    Visit visit{0, 0, {}};
+    while (visit.node < node) {
+        const ViewNode& inner = nodes[visit.node];
+        visit = node < inner.link ? below(inner, visit) : above(inner, visit);
+    }
+    return visit.box;
+}
+
+std::int64_t ViewTree::find_leaf(const Vec3d& eye) const {
+    if (nodes.empty() || !bounds.contains(eye))
+        return -1;
+    for (std::uint32_t n = 0;;) {
+        const ViewNode& node = nodes[n];
+        if (node.axis == ViewNode::kLeaf)
+            return n;
+        if (node.axis > 2)
+            return -1;
+        n = eye[node.axis] < position(node.axis, node.split) ? n + 1 : node.link;
+    }
+}
+
 Status ViewTree::check(std::uint32_t row_count) const {
     if (nodes.empty())
         return {};

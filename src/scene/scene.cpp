@@ -191,6 +191,16 @@ Status Scene::close_cracks(double width) {
     for (std::size_t v = 0; v < positions_.size(); ++v)
         for (int k = 0; k < 3; ++k)
             positions_[v][k] = static_cast<float>(mesh.positions[v][k] * step_);
+    std::vector<std::uint32_t> sources; // what is added to an object stands behind what it had
+    for (std::size_t t = 0, old = 0; t < mesh.triangles.size(); ++t) {
+        std::uint32_t o = mesh.object_of[t];
+        bool first_added = sources.empty() || mesh.object_of[t - 1] != o || sources.back() < objects_[o].source_triangles;
+        if (old < triangle_objects_.size() && triangle_objects_[old] == o)
+            sources.push_back(triangle_sources_[old++]);
+        else
+            sources.push_back(first_added ? objects_[o].source_triangles : sources.back() + 1);
+    }
+    triangle_sources_ = std::move(sources);
     triangles_ = std::move(mesh.triangles);
     triangle_objects_ = std::move(mesh.object_of);
     for (Object& object : objects_)
@@ -279,6 +289,7 @@ Result<Scene> Scene::create(RawScene raw, const SceneOptions& options) try {
             }
             scene.triangles_.push_back(triangle);
             scene.triangle_objects_.push_back(static_cast<std::uint32_t>(scene.objects_.size()));
+            scene.triangle_sources_.push_back(t);
         }
         object.triangle_count = static_cast<std::uint32_t>(scene.triangles_.size()) - object.first_triangle;
         if (world.empty())

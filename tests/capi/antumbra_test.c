@@ -202,3 +202,56 @@ int check_misuse(const ant_pvs* pvs) {
     ant_pvs_close(NULL);
     return 0;
 }
+
+int check_no_clusters(const ant_pvs* pvs) {
+    uint32_t count = 9;
+    size_t triangles = 9;
+    CHECK(ant_pvs_count_clusters(pvs, &count) == ANT_OK && count == 0);
+    CHECK(ant_pvs_count_clusters(NULL, &count) == ANT_USAGE);
+    CHECK(ant_object_read_clusters(pvs, 0, NULL, 0, &triangles) == ANT_USAGE && triangles == 9);
+    return 0;
+}
+
+int check_clusters(const ant_pvs* pvs) {
+    const double eye[3] = {0.5, 0.5, 0.5}, inside[3] = {3, 0.5, 0.5};
+    uint32_t count = 0, clusters[5];
+    uint8_t bits = 99;
+    size_t triangles = 0;
+    int visible = 9;
+    ant_cursor* cursor;
+    CHECK(ant_pvs_count_clusters(pvs, &count) == ANT_OK && count == 3);
+    CHECK(ant_object_read_clusters(pvs, 0, NULL, 0, &triangles) == ANT_OK && triangles == 5);
+    CHECK(ant_object_read_clusters(pvs, 0, clusters, 4, &triangles) == ANT_LIMIT && triangles == 5);
+    CHECK(ant_object_read_clusters(pvs, 0, clusters, 5, &triangles) == ANT_OK);
+    CHECK(clusters[0] == 1 && clusters[1] == 0 && clusters[2] == ANT_NO_CLUSTER && clusters[3] == 1 && clusters[4] == 0);
+    CHECK(ant_object_read_clusters(pvs, 1, clusters, 5, &triangles) == ANT_OK && triangles == 1 && clusters[0] == 2);
+    CHECK(ant_object_read_clusters(pvs, 2, clusters, 5, &triangles) == ANT_USAGE);
+    CHECK(ant_cursor_create(pvs, &cursor) == ANT_OK);
+    CHECK(ant_cursor_sees_cluster(cursor, 0, &visible) == ANT_USAGE && visible == 9);
+    CHECK(ant_cursor_query(cursor, eye, NULL) == ANT_OK);
+    CHECK(ant_cursor_sees_cluster(cursor, 0, &visible) == ANT_OK && visible == 1);
+    CHECK(ant_cursor_sees_cluster(cursor, 1, &visible) == ANT_OK && visible == 0);
+    CHECK(ant_cursor_sees_cluster(cursor, 3, &visible) == ANT_USAGE);
+    CHECK(ant_cursor_read_cluster_bits(cursor, &bits, 0, &triangles) == ANT_LIMIT && triangles == 1 && bits == 99);
+    CHECK(ant_cursor_read_cluster_bits(cursor, &bits, 1, &triangles) == ANT_OK && bits == 5);
+    CHECK(ant_cursor_query(cursor, inside, NULL) == ANT_OK); /* solid: everything */
+    CHECK(ant_cursor_read_cluster_bits(cursor, &bits, 1, &triangles) == ANT_OK && bits == 7);
+    ant_cursor_destroy(cursor);
+    return 0;
+}
+
+int check_leaves(const ant_pvs* pvs) {
+    const double low[3] = {0.5, 0.5, 0.5}, middle[3] = {1, 0.5, 0.5}, outside[3] = {5, 0.5, 0.5};
+    ant_cell cell;
+    int64_t found = 9;
+    CHECK(ant_cell_describe(pvs, 0, &cell) == ANT_USAGE); /* splits */
+    CHECK(ant_cell_describe(pvs, 3, &cell) == ANT_USAGE);
+    CHECK(ant_cell_describe(pvs, 1, &cell) == ANT_OK && cell.kind == ANT_CELL_BAKED);
+    CHECK(cell.min[0] == 0 && cell.max[0] == 1 && cell.max[1] == 1);
+    CHECK(ant_cell_describe(pvs, 2, &cell) == ANT_OK && cell.kind == ANT_CELL_SOLID);
+    CHECK(cell.min[0] == 1 && cell.max[0] == 4);
+    CHECK(ant_cell_find(pvs, low, &found) == ANT_OK && found == 1);
+    CHECK(ant_cell_find(pvs, middle, &found) == ANT_OK && found == 2);
+    CHECK(ant_cell_find(pvs, outside, &found) == ANT_OK && found == -1);
+    return 0;
+}

@@ -18,6 +18,9 @@ int check_objects_and_cells(const ant_pvs* pvs);
 int check_queries(const ant_pvs* pvs);
 int check_ranges(const ant_pvs* pvs);
 int check_misuse(const ant_pvs* pvs);
+int check_no_clusters(const ant_pvs* pvs);
+int check_clusters(const ant_pvs* pvs);
+int check_leaves(const ant_pvs* pvs);
 int check_cull_scene(void);
 int check_cull_methods(void);
 int check_cull_answers(void);
@@ -72,6 +75,29 @@ TEST_F(CInterface, ObjectsAndCells) { EXPECT_EQ(check_objects_and_cells(pvs_), 0
 TEST_F(CInterface, Queries) { EXPECT_EQ(check_queries(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, Ranges) { EXPECT_EQ(check_ranges(pvs_), 0) << "line of antumbra_test.c"; }
 TEST_F(CInterface, MisuseIsAnswered) { EXPECT_EQ(check_misuse(pvs_), 0) << "line of antumbra_test.c"; }
+TEST_F(CInterface, FilesWithoutClusters) { EXPECT_EQ(check_no_clusters(pvs_), 0) << "line of antumbra_test.c"; }
+
+/// Two objects, of five triangles (one without area) and of one, in three clusters; two leaves along x.
+TEST(CInterfaceOfClusters, ClustersAndLeaves) {
+    antumbra::PvsData data;
+    data.guarantee = antumbra::Guarantee::exact;
+    data.objects.resize(2);
+    data.objects[0].triangle_count = 4;
+    data.objects[1].triangle_count = 1;
+    data.cluster_first = {0, 2, 4, 5};
+    data.triangles = {{5, {1, 0, antumbra::PvsTriangles::kNone, 1, 0}}, {1, {2}}};
+    data.tree.bounds = {{0, 0, 0}, {4, 1, 1}};
+    data.tree.nodes = {{0, 16384, 2}, {antumbra::ViewNode::kLeaf, 0, 0}, {antumbra::ViewNode::kLeaf, 0, antumbra::kCellSolid}};
+    data.row_count = 1;
+    data.rows = {0b10101}; // object 0 and its cluster 0, the cluster of object 1
+    std::vector<std::byte> bytes = *antumbra::encode_pvs(data);
+    ant_pvs* pvs = nullptr;
+    ASSERT_EQ(ant_pvs_open_memory(bytes.data(), bytes.size(), &pvs, nullptr, 0), ANT_OK);
+    EXPECT_EQ(check_clusters(pvs), 0) << "line of antumbra_test.c";
+    EXPECT_EQ(check_leaves(pvs), 0) << "line of antumbra_test.c";
+    ant_pvs_close(pvs);
+}
+
 TEST_F(CInterface, Changes) { EXPECT_EQ(check_cursor_changes(pvs_), 0) << "line of cull_test.c"; }
 TEST_F(CInterface, CullScene) { EXPECT_EQ(check_cull_scene(), 0) << "line of cull_test.c"; }
 TEST_F(CInterface, CullMethods) { EXPECT_EQ(check_cull_methods(), 0) << "line of cull_test.c"; }

@@ -5,10 +5,12 @@ usage: cli_test.py ANTUMBRA SOURCE_DIR [TEST..]
 """
 import http.client
 import json
+import math
 import os
 import pathlib
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -31,6 +33,40 @@ def run(*arguments, code=0):
 
 def run_json(*arguments):
     return json.loads(run(*arguments, "--json")[0])
+
+
+def two_turned_walls(steps):
+    """A GLB of two walls that meet along a ragged seam, each a node with a rotation of its own, so that a vertex of the seam is
+    rounded to floats in two systems of coordinates."""
+    seam = [(2.1 + 0.1 * math.sin(k), 0.037 * k, 3.3 + 0.1 * math.cos(3 * k)) for k in range(steps + 1)]
+    nodes, chunks, accessors, views = [], [], [], []
+
+    def put(data, target, **accessor):
+        views.append({"buffer": 0, "byteOffset": sum(map(len, chunks)), "byteLength": len(data), "target": target})
+        accessors.append({"bufferView": len(views) - 1, **accessor})
+        chunks.append(data)
+        return len(accessors) - 1
+
+    for side, angle in ((-3, 0.3), (4, -1.1)):
+        cos, sin = math.cos(angle), math.sin(angle)
+        local = lambda p: (cos * p[0] - sin * p[2], p[1], sin * p[0] + cos * p[2]) # turned back
+        points = [local(p) for p in seam] + [local((side, p[1], p[2])) for p in seam]
+        floats = [struct.unpack("<3f", struct.pack("<3f", *p)) for p in points]
+        faces = [t for k in range(steps) for t in ((k, k + 1, steps + 1 + k), (k + 1, steps + 2 + k, steps + 1 + k))]
+        bounds = {"min": [min(p[k] for p in floats) for k in range(3)], "max": [max(p[k] for p in floats) for k in range(3)]}
+        position = put(b"".join(struct.pack("<3f", *p) for p in floats), 34962, componentType=5126, count=len(floats), type="VEC3", **bounds)
+        index = put(b"".join(struct.pack("<3H", *t) for t in faces), 34963, componentType=5123, count=3 * len(faces), type="SCALAR")
+        nodes.append(({"attributes": {"POSITION": position}, "indices": index}, [0, math.sin(angle / 2), 0, math.cos(angle / 2)]))
+    data = b"".join(chunks)
+    document = json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": k, "rotation": turn, "name": f"wall {k}"} for k, (_, turn) in enumerate(nodes)],
+        "meshes": [{"primitives": [primitive]} for primitive, _ in nodes],
+        "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(data)}]}).encode()
+    document += b" " * (-len(document) % 4)
+    data += bytes(-len(data) % 4)
+    return (struct.pack("<4sIII4s", b"glTF", 2, 28 + len(document) + len(data), len(document), b"JSON") + document +
+            struct.pack("<I4s", len(data), b"BIN\0") + data)
 
 
 class Commands(unittest.TestCase):
@@ -145,6 +181,75 @@ class Commands(unittest.TestCase):
         self.assertGreater(coarse["b"]["mean_only"], 10 * coarse["a"]["mean_only"])
         self.assert_one_line_error(1, "compare", self.scene, exact, exact + ".missing", saying=["exact.pvs.missing"])
 
+    def test_compare_knows_clusters_of_every_size(self):
+        folder = self.folder.name
+        cells = ("--cells", "3x1x2", "--rays-per-cell", 2048)
+        files = {name: os.path.join(folder, name + ".pvs") for name in ("sampled", "objects", "compact", "file", "triangles")}
+        run("bake", self.scene, "-o", files["sampled"], *cells)
+        exact = ("--method", "exact", *cells)
+        run("bake", self.scene, "-o", files["objects"], *exact)
+        small = ("--granularity", "cluster", "--cluster-triangles", 4)
+        run("bake", self.scene, "-o", files["compact"], *exact, *small)
+        run("bake", self.scene, "-o", files["file"], *exact, *small, "--cluster-order", "file")
+        run("bake", self.scene, "-o", files["triangles"], *exact, "--granularity", "triangle")
+
+        def compare(a, b):
+            result = run_json("compare", self.scene, files[a], files[b], "--samples", 8)
+            self.assertEqual(result["contradictions"], 0)
+            self.assertEqual(result["pixels_neither"], 0)
+            return result
+
+        same = compare("compact", "compact")
+        self.assertEqual((same["units"], same["unit_count"]), ("clusters", same["a"]["clusters"]))
+        self.assertEqual((same["a"]["pairs_only"], same["b"]["pairs_only"]), (0, 0))
+        fine = compare("compact", "triangles") # both exact: the same, seen as coarsely as the coarser one
+        self.assertEqual((fine["units"], fine["unit_count"]), ("groups", fine["a"]["clusters"]))
+        self.assertEqual((fine["a"]["pairs_only"], fine["b"]["pairs_only"]), (0, 0))
+        self.assertLess(fine["b"]["mean_triangles"], fine["a"]["mean_triangles"])
+        self.assertIn("compared as", fine["words"][0])
+        across = compare("compact", "file")
+        self.assertEqual((across["a"]["pairs_only"], across["b"]["pairs_only"]), (0, 0))
+        self.assertLess(across["unit_count"], across["b"]["clusters"])
+        missed = compare("sampled", "triangles")
+        self.assertEqual((missed["units"], missed["a"]["pairs_only"]), ("objects", 0))
+        self.assertGreater(missed["b"]["pairs_only"], 0)
+        self.assertIn("missed", missed["words"][-1])
+        self.assertLess(missed["b"]["mean_triangles"], compare("objects", "triangles")["a"]["mean_triangles"])
+        # Each file answers for the eye, too.
+        answer = run_json("query", files["compact"], "--eye", "2,1.5,2")
+        self.assertEqual(answer["cluster_count"], same["a"]["clusters"])
+        self.assertTrue(0 < len(answer["clusters"]) < answer["cluster_count"])
+        told = run_json("explain", self.scene, files["compact"], "--eye", "2,1.5,2", "--object", "floor")
+        self.assertLessEqual(told["pvs"]["clusters_listed"], told["pvs"]["clusters"])
+
+    def test_compare_across_crack_widths_speaks_of_objects(self):
+        plain, closed = (os.path.join(self.folder.name, name) for name in ("open.pvs", "closed.pvs"))
+        cells = ("--method", "exact", "--cells", "2x1x2", "--rays-per-cell", 512)
+        run("bake", self.scene, "-o", plain, *cells)
+        run("bake", self.scene, "-o", closed, *cells, "--crack-width", 0.01, "--granularity", "triangle")
+        result = run_json("compare", self.scene, plain, closed, "--samples", 4)
+        self.assertEqual((result["units"], result["contradictions"]), ("objects", 0))
+        self.assertIn("cracks closed up to 0.01", result["words"][0])
+        other = run_json("compare", self.scene, plain, closed, "--samples", 4, "--crack-width", 0.01)
+        self.assertEqual(other["b"]["pairs"], result["b"]["pairs"])
+        self.assert_one_line_error(1, "compare", self.scene, closed, closed, saying=["--crack-width"])
+
+    def test_cracks_between_turned_nodes_are_counted_and_closed(self):
+        path = os.path.join(self.folder.name, "turned.glb")
+        pathlib.Path(path).write_bytes(two_turned_walls(200))
+        found = {one["kind"]: one["count"] for one in run_json("info", path)["findings"]}
+        opened = found.get("crack opened by snapping", 0)
+        self.assertTrue(5 < opened < 200, opened)
+        bounds = run_json("info", path)["bounds"]
+        size = max(high - low for low, high in zip(*bounds))
+        baked = os.path.join(self.folder.name, "turned.pvs")
+        cells = ("--method", "exact", "--cells", "1x1x1", "--rays-per-cell", 64)
+        self.assertEqual(run_json("bake", path, "-o", baked, *cells)["cracks_opened_by_snapping"], opened)
+        self.assertEqual(run_json("inspect", baked)["options"]["cracks_opened_by_snapping"], opened)
+        closed = run_json("info", path, "--crack-width", size * 2**-20) # some steps of the grid
+        found = {one["kind"]: one["count"] for one in closed["findings"]}
+        self.assertGreaterEqual(found["corner moved to close a crack"], opened / 2)
+
     def test_shards_merge_to_the_same_bytes(self):
         options = ("--cells", "6x1x4", "--rays-per-cell", 4096)
         parts = [os.path.join(self.folder.name, f"part{k}.pvs") for k in (1, 2)]
@@ -234,6 +339,16 @@ class Commands(unittest.TestCase):
         plan = run_json("bake", self.scene, "-o", path, "--cells", "6x1x4", "--dry-run")
         self.assertEqual(plan["cells_to_bake"], 24)
         self.assertFalse(os.path.exists(path))
+        where = os.path.join(self.folder.name, "dry.json")
+        pathlib.Path(where).write_text('[{"min":[1,1,1],"max":[2,2,2]},{"min":[4,1,2],"max":[5,2,3]}]')
+        boxes = run_json("bake", self.scene, "-o", path, "--subdivision", "boxes", "--where", where, "--dry-run")
+        self.assertEqual((boxes["cells_to_bake"], boxes["cells_estimated"]), (2, False))
+        tree = ("--subdivision", "spatial", "--method", "exact", "--rays-per-cell", 256, "--min-extent", 0.25)
+        grown = run_json("bake", self.scene, "-o", path, *tree, "--dry-run")
+        self.assertTrue(grown["cells_estimated"])
+        self.assertFalse(os.path.exists(path))
+        leaves = run_json("bake", self.scene, "-o", path, *tree)["cells"]
+        self.assertTrue(leaves / 4 <= grown["cells_to_bake"] <= 4 * leaves, (leaves, grown["cells_to_bake"]))
 
     def test_where_limits_the_cells(self):
         boxes = os.path.join(self.folder.name, "boxes.json")

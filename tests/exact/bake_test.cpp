@@ -107,7 +107,8 @@ TEST(ExactBake, ClustersAndTrianglesAreListedBesidesTheSameObjects) {
             for (std::uint32_t object = 0; object < scene.objects().size(); ++object) {
                 bool some = false;
                 for (std::uint32_t c = 0; c < pvs->cluster_count(); ++c)
-                    if (scene.triangle_objects()[pvs->cluster_first(c)] == object && pvs->is_cluster_visible(c, cursor)) {
+                    if (pvs->first_cluster_of(object) <= c && c < pvs->first_cluster_of(object + 1) &&
+                        pvs->is_cluster_visible(c, cursor)) {
                         some = true;
                         ++(granularity == Granularity::triangle ? listed_triangles : listed_clusters);
                     }

@@ -30,8 +30,36 @@ inline void random_row(Random& random, std::uint32_t objects, std::span<std::uin
     }
 }
 
+/// Gives the objects few triangles, each of some cluster or of none.
+inline void random_clusters(Random& random, PvsData& data) {
+    data.cluster_first = {0};
+    for (PvsObject& object : data.objects) {
+        PvsTriangles triangles;
+        std::uint32_t first = static_cast<std::uint32_t>(data.cluster_first.size()) - 1, clusters = random.below(9);
+        bool each = random.below(4) == 0; // a triangle each
+        for (std::uint32_t c = 0; c < clusters; ++c)
+            triangles.cluster.insert(triangles.cluster.end(), each ? 1 : 1 + random.below(6), first + c);
+        for (std::uint32_t k = random.below(4); k > 0; --k)
+            triangles.cluster.push_back(PvsTriangles::kNone);
+        for (std::uint32_t k = 0; k < triangles.cluster.size() && random.below(3) > 0; ++k) // swaps, or the order as it is
+            std::swap(triangles.cluster[k], triangles.cluster[random.below(static_cast<std::uint32_t>(triangles.cluster.size()))]);
+        triangles.in_file = random.below(static_cast<std::uint32_t>(triangles.cluster.size()) + 1);
+        object.triangle_count = 0;
+        for (std::uint32_t c = 0; c < clusters; ++c) {
+            auto size = static_cast<std::uint32_t>(std::count(triangles.cluster.begin(), triangles.cluster.end(), first + c));
+            object.triangle_count += size;
+            data.cluster_first.push_back(data.cluster_first.back() + size);
+        }
+        data.triangles.push_back(std::move(triangles));
+    }
+    if (data.cluster_first.size() == 1) {
+        data.cluster_first.clear();
+        data.triangles.clear();
+    }
+}
+
 /// Up to `most_objects` objects, 6^3 cells and 40 rows, some of them equal, some of them unused.
-inline PvsData random_pvs(std::uint64_t seed, std::uint32_t most_objects = 300) {
+inline PvsData random_pvs(std::uint64_t seed, std::uint32_t most_objects = 300, bool with_clusters = false) {
     Random random(seed);
     PvsData data;
     data.guarantee = Guarantee(1 + random.below(4));
@@ -61,6 +89,8 @@ inline PvsData random_pvs(std::uint64_t seed, std::uint32_t most_objects = 300) 
             object.bounds.max[k] = object.bounds.min[k] + static_cast<float>(random.uniform(0, 5));
         }
     }
+    if (with_clusters)
+        random_clusters(random, data);
     data.row_count = random.below(41);
     data.rows.resize(data.row_count * data.words_per_row());
     for (std::uint32_t r = 0; r < data.row_count; ++r) {
@@ -68,7 +98,7 @@ inline PvsData random_pvs(std::uint64_t seed, std::uint32_t most_objects = 300) 
         if (r > 0 && random.below(4) == 0)
             std::copy_n(data.rows.begin(), words.size(), words.begin());
         else
-            random_row(random, static_cast<std::uint32_t>(data.objects.size()), words);
+            random_row(random, static_cast<std::uint32_t>(data.bits_per_row()), words);
     }
     data.cell_row.resize(data.grid.cells());
     for (std::uint32_t& row : data.cell_row) {

@@ -3,13 +3,14 @@
 
 usage: read_pvs.py FILE [X,Y,Z ..]
 Prints `cell C: ids` or `cell C: everything` for each cell (of a view tree: for each leaf, by its place among the leaves),
-then `eye X,Y,Z: ..` for each point. The ids of occludee volumes follow those of the objects.
+then `eye X,Y,Z: ..` for each point. The ids of occludee volumes follow those of the objects, those of clusters follow these. Files that tell the triangles of clusters begin with
+`triangles N: clusters` for each object.
 """
 import struct
 import sys
 
 EVERYTHING = (0xFFFFFFFF, 0xFFFFFFFE)
-KNOWN = ("META", "OPTS", "OBJS", "NAME", "CELL", "TREE", "VOLS", "CLUS", "RIDX", "ROWS")
+KNOWN = ("META", "OPTS", "OBJS", "NAME", "CELL", "TREE", "VOLS", "CLUS", "CTRI", "RIDX", "ROWS")
 
 
 # ---- sections 1 and 2
@@ -278,6 +279,37 @@ def nest(nodes, at=0):
     return (below, above), at
 
 
+# ---- clusters
+
+def read_triangles(sections, objects):
+    """For each object: how many triangles the file has of it, and the cluster of each, those behind included."""
+    counts = [struct.unpack_from("<I", sections["OBJS"], 48 * o + 16)[0] for o in range(objects)]
+    ends = struct.unpack(f"<{len(sections['CLUS']) // 4}I", sections["CLUS"])
+    data, at, end, first = sections["CTRI"], 0, 0, 0
+    for count in counts:
+        in_file, at = read_number(data, at)
+        behind, at = read_number(data, at)
+        clusters, last = [], first - 1
+        while len(clusters) < in_file + behind:
+            head, at = read_number(data, at)
+            number, kind = head >> 2, head & 3
+            if kind == 0:
+                step, at = read_number(data, at)
+                last += step >> 1 if step % 2 == 0 else -(step + 1 >> 1)
+                clusters += [last] * number
+            elif kind == 1:
+                clusters += range(last + 1, last + 1 + number)
+                last += number
+            else:
+                clusters += [None] * number
+        assert len(clusters) == in_file + behind, "CTRI"
+        yield in_file, clusters
+        end += count
+        while first < len(ends) and ends[first] < end:
+            first += 1
+    assert at == len(data), "CTRI"
+
+
 # ---- section 5
 
 def position(low, high, count, i):
@@ -332,6 +364,9 @@ def main(path, eyes):
             return "everything"
         return " ".join(map(str, sorted(set().union(always, *(sets[row] for row in given)))))
 
+    if "CTRI" in sections:
+        for in_file, clusters in read_triangles(sections, objects):
+            print(f"triangles {in_file}:", *("-" if c is None else c for c in clusters))
     for number, row in enumerate(cells):
         print(f"cell {number}: {text([row])}")
     for eye in eyes:

@@ -34,7 +34,7 @@ std::string answer_text(const Pvs& pvs, const PvsCursor& cursor) {
     if (cursor.everything)
         return "everything";
     std::string objects = bits_text(cursor.visible, pvs.object_count());
-    std::string volumes = bits_text(cursor.volumes, std::size_t(pvs.volumes().cells()), pvs.object_count());
+    std::string volumes = bits_text(cursor.volumes, pvs.bits_per_row() - pvs.object_count(), pvs.object_count());
     return objects + (objects.empty() || volumes.empty() ? "" : " ") + volumes;
 }
 
@@ -51,14 +51,23 @@ std::string run(const std::string& command) {
 TEST(PvsFormatPage, AReaderWrittenFromThePageAgrees) {
     std::string path = testing::TempDir() + "reader_test" + std::to_string(::getpid()) + ".pvs";
     // Every coding, over grids and over view trees.
-    for (std::uint64_t seed = 0; seed < 12; ++seed) {
-        PvsData data = seed < 6 ? test::random_pvs(seed, 200) : test::random_pvs_tree(seed, 200);
+    for (std::uint64_t seed = 0; seed < 18; ++seed) { // the last six list clusters
+        PvsData data = seed < 6    ? test::random_pvs(seed, 200)
+                       : seed < 12 ? test::random_pvs_tree(seed, 200)
+                                   : test::random_pvs(seed, 60, true);
         std::vector<std::byte> bytes = *encode_pvs(data, PvsCoding(1 + seed % 6));
         ASSERT_TRUE(write_file_atomically(path, bytes));
         Pvs pvs = *Pvs::open(bytes);
         PvsCursor cursor;
         std::string expected, eyes;
         std::uint64_t cells = 0;
+        for (std::uint32_t o = 0; pvs.tells_triangles() && o < pvs.object_count(); ++o) {
+            PvsTriangles triangles = pvs.triangles_of(o, 1000);
+            expected += "triangles " + std::to_string(triangles.in_file) + ":";
+            for (std::uint32_t c : triangles.cluster)
+                expected += " " + (c == PvsTriangles::kNone ? "-" : std::to_string(c));
+            expected += "\n";
+        }
         for (; cells < data.grid.cells(); ++cells)
             expected += "cell " + std::to_string(cells) + ": " + row_text(pvs, pvs.cell_row(cells)) + "\n";
         for (const ViewNode& node : pvs.tree().nodes)

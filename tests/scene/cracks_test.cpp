@@ -114,6 +114,35 @@ TEST(Cracks, ObjectsKeepTheirOrderAndTheirTriangles) {
 }
 
 /// Small triangles, wide cracks: none may vanish or turn over.
+TEST(Cracks, WhatIsAddedIsCountedBehindTheTrianglesOfTheFile) {
+    RawScene raw = two_walls(0.01);
+    auto corner = raw.triangles[0][0];
+    raw.triangles.insert(raw.triangles.begin() + 1, {corner, corner, corner}); // without area, in the first object
+    for (RawObject& object : raw.objects)
+        object.first_triangle += &object != raw.objects.data();
+    ++raw.objects[0].triangle_count;
+    for (double width : {0.0, 0.02}) {
+        Scene scene = create(raw, width);
+        std::uint32_t added = 0;
+        for (const Object& object : scene.objects()) {
+            std::uint32_t last = 0;
+            for (std::uint32_t k = 0; k < object.triangle_count; ++k) {
+                std::uint32_t source = scene.triangle_sources()[object.first_triangle + k];
+                EXPECT_TRUE(k == 0 || source > last);
+                if (source >= object.source_triangles) {
+                    EXPECT_EQ(source, std::max(last + 1, object.source_triangles));
+                    ++added;
+                }
+                last = source;
+            }
+        }
+        EXPECT_EQ(scene.triangle_sources().size(), scene.triangles().size());
+        EXPECT_EQ(added, width > 0 ? 1u : 0u);
+        EXPECT_EQ(scene.triangle_sources()[0], 0u);
+        EXPECT_EQ(scene.triangle_sources()[1], 2u);
+    }
+}
+
 TEST(Cracks, NoTriangleCollapsesOrTurnsOver) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         Random random(seed);

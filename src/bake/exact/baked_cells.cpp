@@ -35,13 +35,29 @@ Result<std::vector<BakedCell>> baked_cells(const Pvs& pvs) {
     return cells;
 }
 
-Units units_of(const Scene& scene, const Pvs& pvs) {
+Result<Units> units_of(const Scene& scene, const Pvs& pvs) {
     if (pvs.cluster_count() == 0)
         return Units::objects(scene);
-    std::vector<std::uint32_t> first;
-    for (std::uint32_t c = 0; c < pvs.cluster_count(); ++c)
-        first.push_back(pvs.cluster_first(c));
-    return Units::ranges(scene, std::move(first));
+    Status other(ErrorCode::mismatch, "the clusters of the file are not made of this scene's triangles; bake it again");
+    std::vector<std::uint32_t> of(scene.triangles().size());
+    if (pvs.object_count() != scene.objects().size())
+        return other;
+    for (std::uint32_t o = 0; o < pvs.object_count(); ++o) {
+        const Object& object = scene.objects()[o];
+        PvsTriangles triangles = pvs.triangles_of(o, object.source_triangles + object.triangle_count);
+        std::uint32_t listed = 0;
+        for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
+            std::uint32_t at = pvs.tells_triangles() ? scene.triangle_sources()[object.first_triangle + t] : t;
+            std::uint32_t cluster = at < triangles.cluster.size() ? triangles.cluster[at] : PvsTriangles::kNone;
+            if (cluster == PvsTriangles::kNone)
+                return other;
+            of[object.first_triangle + t] = cluster;
+            ++listed;
+        }
+        if (pvs.object(o).triangle_count != listed)
+            return other;
+    }
+    return Units::from_numbers(std::move(of));
 }
 
 std::size_t bit_of(const Pvs& pvs, std::uint32_t unit) {
@@ -49,7 +65,7 @@ std::size_t bit_of(const Pvs& pvs, std::uint32_t unit) {
 }
 
 bool is_always_visible(const Scene& scene, const Pvs& pvs, const Units& units, std::uint32_t unit) {
-    std::uint32_t object = pvs.cluster_count() == 0 ? unit : scene.triangle_objects()[units.first[unit]];
+    std::uint32_t object = pvs.cluster_count() == 0 ? unit : scene.triangle_objects()[units.triangles_of(unit)[0]];
     return scene.objects()[object].has(kAlwaysVisible);
 }
 

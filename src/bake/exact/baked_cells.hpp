@@ -17,8 +17,9 @@ struct BakedCell {
 /// the tree splits directions, too (such cells are no boxes).
 Result<std::vector<BakedCell>> baked_cells(const Pvs& pvs);
 
-/// What a file lists most finely: clusters, or else objects.
-Units units_of(const Scene& scene, const Pvs& pvs);
+/// What a file lists most finely: clusters, or else objects. ErrorCode::mismatch if the clusters hold other triangles than the
+/// scene's. O(triangles).
+Result<Units> units_of(const Scene& scene, const Pvs& pvs);
 /// The bit of a unit in a row of the file.
 std::size_t bit_of(const Pvs& pvs, std::uint32_t unit);
 bool is_always_visible(const Scene& scene, const Pvs& pvs, const Units& units, std::uint32_t unit);

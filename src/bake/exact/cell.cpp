@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <ctime>
 #include <queue>
+#include <tuple>
 
 namespace antumbra::exact {
 namespace {
@@ -225,8 +226,7 @@ void CellSolver::State::begin(const GridBox& box, std::vector<std::uint64_t>& bi
             continue;
         std::uint32_t first = o, last = o;
         if (object.triangle_count > 0) { // units of an object follow each other
-            first = tree.units().of[object.first_triangle];
-            last = tree.units().of[object.first_triangle + object.triangle_count - 1];
+            std::tie(first, last) = tree.units().range_of(object);
         } else if (tree.units().count() != scene.objects().size()) {
             continue; // only where objects are the units does it have one
         }

@@ -26,9 +26,7 @@ ExactStatistics work_of(const exact::CellCounters& counters) {
 
 ExactCells::ExactCells(const SamplingScene& shared)
     : shared_(shared),
-      tree_(exact::SceneTree::build(shared.scene(),
-                                    exact::Units::make(shared.scene(), shared.options().exact.granularity,
-                                                       shared.options().exact.cluster_triangles))) {}
+      tree_(exact::SceneTree::build(shared.scene(), exact::Units::make(shared.scene(), shared.options().exact))) {}
 
 std::size_t ExactCells::bits() const {
     return shared_.scene().objects().size() + (lists_clusters() ? tree_.units().count() : 0);
@@ -36,6 +34,26 @@ std::size_t ExactCells::bits() const {
 
 std::vector<std::uint32_t> ExactCells::cluster_first() const {
     return lists_clusters() ? tree_.units().first : std::vector<std::uint32_t>();
+}
+
+std::vector<PvsTriangles> ExactCells::triangles() const {
+    const Scene& scene = shared_.scene();
+    std::vector<PvsTriangles> list;
+    for (const Object& object : scene.objects()) {
+        if (!lists_clusters())
+            break;
+        PvsTriangles triangles;
+        triangles.in_file = object.source_triangles;
+        triangles.cluster.assign(object.source_triangles, PvsTriangles::kNone);
+        for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+            std::uint32_t at = scene.triangle_sources()[t]; // ascending, without gaps behind those of the file
+            if (at >= triangles.cluster.size())
+                triangles.cluster.resize(std::size_t(at) + 1);
+            triangles.cluster[at] = tree_.units().of[t];
+        }
+        list.push_back(std::move(triangles));
+    }
+    return list;
 }
 
 /// From units to what a row holds: objects, then clusters if these are what is asked for.
@@ -53,7 +71,7 @@ void ExactCells::set_rows(const std::vector<std::uint64_t>& units, RegionSample&
     for (std::uint32_t u = 0; u < tree_.units().count(); ++u)
         if (units[u / 64] >> (u % 64) & 1) {
             set(objects + u);
-            set(shared_.scene().triangle_objects()[tree_.units().first[u]]);
+            set(shared_.scene().triangle_objects()[tree_.units().triangles_of(u)[0]]);
         }
 }
 

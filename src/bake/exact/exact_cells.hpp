@@ -34,6 +34,8 @@ class ExactCells {
     std::size_t words() const { return (bits() + 63) / 64; }
     /// PvsData::cluster_first: empty if objects are what is listed.
     std::vector<std::uint32_t> cluster_first() const;
+    /// PvsData::triangles: empty likewise.
+    std::vector<PvsTriangles> triangles() const;
 
     const Scene& scene() const { return shared_.scene(); }
     const BakeOptions& options() const { return shared_.options(); }

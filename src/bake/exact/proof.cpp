@@ -2,11 +2,10 @@
 
 #include "bake/exact/baked_cells.hpp"
 #include "bake/exact/frame.hpp"
-#include "base/parallel.hpp"
+#include "base/collect.hpp"
 #include "base/random.hpp"
 
 #include <algorithm>
-#include <mutex>
 
 namespace antumbra::exact {
 namespace {
@@ -209,6 +208,31 @@ std::vector<Pair> choose_pairs(const exact::SceneTree& tree, const Pvs& pvs, con
     return pairs;
 }
 
+/// Adds one proof; what is wrong with it in words, or "".
+std::string count(const exact::PairProof& proof, const Status& verified, bool listed, CertificateResult& result) {
+    ++result.pairs;
+    for (const exact::HiddenPart& part : proof.parts) {
+        ++result.trees;
+        result.nodes += part.tree.nodes.size();
+    }
+    if (!verified) {
+        ++result.rejected;
+        return verified.message();
+    }
+    if (proof.answer == exact::Answer::undecided) {
+        ++result.undecided;
+        return {};
+    }
+    if (proof.answer == exact::Answer::visible) {
+        ++(proof.by_definition ? result.by_definition : result.visible);
+        result.visible_but_unlisted += !listed;
+        return listed ? "" : "proved visible, but not listed";
+    }
+    ++result.hidden;
+    result.listed_but_hidden += listed;
+    return listed ? "proved hidden, but listed" : "";
+}
+
 } // namespace
 
 Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs, const CertificateOptions& options,
@@ -218,52 +242,36 @@ Result<CertificateResult> check_certificates(const Scene& scene, const Pvs& pvs,
     Result<std::vector<exact::BakedCell>> cells = exact::baked_cells(pvs);
     if (!cells)
         return cells.status();
-    exact::SceneTree tree = exact::SceneTree::build(scene, exact::units_of(scene, pvs));
+    Result<exact::Units> units = exact::units_of(scene, pvs);
+    if (!units)
+        return units.status();
+    exact::SceneTree tree = exact::SceneTree::build(scene, std::move(*units));
     std::vector<Pair> pairs = choose_pairs(tree, pvs, *cells, options);
     if (pairs.empty())
         return Status(ErrorCode::usage, "every object of the file is always visible: there is nothing to prove");
     CertificateResult result;
-    std::mutex mutex;
     std::vector<std::string> problems(pairs.size());
-    std::atomic<std::uint64_t> done{0};
-    parallel_for(pairs.size(), job, [&](std::size_t index, unsigned) {
-        const Pair& pair = pairs[index];
-        const Box3d& cell = pair.cell.box;
+    struct Part {
+        exact::PairProof proof;
+        Status verified;
+    };
+    auto prove = [&](std::size_t index, unsigned) {
+        const Box3d& cell = pairs[index].cell.box;
         exact::GridBox box{tree.to_grid(scene.to_local(cell.min)), tree.to_grid(scene.to_local(cell.max))};
         exact::Prover prover(tree);
-        exact::PairProof proof = prover.prove(box, pair.unit);
-        Status status = exact::verify_proof(tree, proof);
-        std::lock_guard lock(mutex);
-        ++result.pairs;
-        for (const exact::HiddenPart& part : proof.parts) {
-            ++result.trees;
-            result.nodes += part.tree.nodes.size();
-        }
-        std::string where = "cell " + std::to_string(pair.cell.number) + ", " + exact::name_of_unit(pvs, pair.unit) + ": ";
-        if (!status) {
-            ++result.rejected;
-            problems[index] = where + status.message();
-        } else if (proof.answer == exact::Answer::undecided) {
-            ++result.undecided;
-        } else if (proof.answer == exact::Answer::visible) {
-            ++(proof.by_definition ? result.by_definition : result.visible);
-            result.visible_but_unlisted += !pair.listed;
-            if (!pair.listed)
-                problems[index] = where + "proved visible, but not listed";
-        } else {
-            ++result.hidden;
-            result.listed_but_hidden += pair.listed;
-            if (pair.listed)
-                problems[index] = where + "proved hidden, but listed";
-        }
-        if (job.progress)
-            job.progress({"certify", ++done, pairs.size(), "pairs"});
-    });
-    if (job.cancelled())
-        return Status(ErrorCode::cancelled, "stopped");
-    for (const std::string& problem : problems)
-        if (result.first_problem.empty())
-            result.first_problem = problem;
+        Part part{prover.prove(box, pairs[index].unit), {}};
+        part.verified = exact::verify_proof(tree, part.proof);
+        return part;
+    };
+    auto take = [&](std::size_t index, const Part& part) {
+        const Pair& pair = pairs[index];
+        std::string problem = count(part.proof, part.verified, pair.listed, result);
+        if (!problem.empty())
+            problems[index] = "cell " + std::to_string(pair.cell.number) + ", " + exact::name_of_unit(pvs, pair.unit) + ": " + problem;
+    };
+    if (Status status = collect(pairs.size(), job, "certify", "pairs", prove, take); !status)
+        return status;
+    result.first_problem = first_problem(problems);
     return result;
 }
 

@@ -151,7 +151,7 @@ struct SceneTree::Builder {
     GridBox box_of(std::uint32_t first, std::uint32_t last) const {
         GridBox box;
         for (std::uint32_t t = first; t < last; ++t)
-            box.extend(triangles[t].box); // still in the scene's order: each range is sorted within itself
+            box.extend(triangles[t].box); // by unit: each range is sorted within itself
         return box;
     }
     void build_unit(std::uint32_t node, std::uint32_t unit) {
@@ -160,9 +160,9 @@ struct SceneTree::Builder {
     }
     void build_object(std::uint32_t node, std::uint32_t index) {
         const Object& object = tree.scene_->objects()[index];
-        std::uint32_t last = object.first_triangle + object.triangle_count;
+        auto [first, last] = tree.units_.range_of(object);
         std::vector<Item> items;
-        for (std::uint32_t u = tree.units_.of[object.first_triangle]; u <= tree.units_.of[last - 1]; ++u)
+        for (std::uint32_t u = first; u <= last; ++u)
             items.push_back({box_of(tree.units_.first[u], tree.units_.first[u + 1]), u});
         build_level(node, items, 0, items.size(), [&](std::uint32_t n, std::uint32_t unit) { build_unit(n, unit); });
     }
@@ -242,6 +242,7 @@ SceneTree SceneTree::build(const Scene& scene, Units units) {
     tree.order_.reserve(count);
     Builder builder{tree, {}};
     builder.triangles.resize(count);
+    std::vector<GridBox> boxes(count);
     for (std::uint32_t t = 0; t < count; ++t) {
         GridBox box;
         for (int c = 0; c < 3; ++c) {
@@ -249,8 +250,10 @@ SceneTree SceneTree::build(const Scene& scene, Units units) {
             tree.corners_[t][static_cast<std::size_t>(c)] = p;
             box.extend(p);
         }
-        builder.triangles[t] = {box, t};
+        boxes[t] = box;
     }
+    for (std::uint32_t k = 0; k < count; ++k)
+        builder.triangles[k] = {boxes[tree.units_.order[k]], tree.units_.order[k]};
     tree.nodes_.resize(1);
     tree.parents_.push_back(0);
     builder.build_all();

@@ -1,6 +1,7 @@
 #include "bake/exact/units.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace antumbra::exact {
 namespace {
@@ -17,94 +18,137 @@ Box3f box_of(const Scene& scene, std::uint32_t triangle) {
     return box;
 }
 
-/// Cuts [first, last) until no part has more than `most` triangles; appends where parts begin.
-void cut(const std::vector<Box3f>& boxes, std::uint32_t first, std::uint32_t last, std::uint32_t most,
-         std::vector<std::uint32_t>& begins) {
-    struct Range {
-        std::uint32_t first, last;
-    };
-    std::vector<Range> open = {{first, last}};
-    std::vector<double> right;
-    while (!open.empty()) {
-        Range range = open.back();
-        open.pop_back();
-        std::uint32_t n = range.last - range.first;
-        if (n <= most) {
-            begins.push_back(range.first);
-            continue;
+/// Cuts an object's triangles into parts, first half before second.
+class Cutter {
+  public:
+    Cutter(const Scene& scene, std::uint32_t most, ClusterOrder order) : most_(most), order_(order) {
+        boxes_.resize(scene.triangles().size());
+        for (std::uint32_t t = 0; t < boxes_.size(); ++t)
+            boxes_[t] = box_of(scene, t);
+    }
+
+    /// `triangles` is brought into the order of the parts; `visit(part)` for each of them, from the first to the last.
+    template <class Visit>
+    void cut(std::span<std::uint32_t> triangles, const Visit& visit) {
+        std::vector<std::span<std::uint32_t>> open = {triangles};
+        while (!open.empty()) {
+            std::span<std::uint32_t> part = open.back();
+            open.pop_back();
+            if (part.size() <= most_) {
+                visit(part);
+                continue;
+            }
+            std::size_t at = order_ == ClusterOrder::file ? cheapest(part).first : halve(part);
+            open.push_back(part.subspan(at)); // the lower half comes off first
+            open.push_back(part.first(at));
         }
-        right.assign(n + 1, 0);
+    }
+
+  private:
+    /// Where to cut the sequence, and what that costs.
+    std::pair<std::size_t, double> cheapest(std::span<const std::uint32_t> part) {
+        std::size_t n = part.size();
+        right_.assign(n + 1, 0);
         Box3f box;
-        for (std::uint32_t i = n; i > 0; --i) {
-            box.extend(boxes[range.first + i - 1]);
-            right[i - 1] = half_area(box) * (n - i + 1);
+        for (std::size_t i = n; i > 0; --i) {
+            box.extend(boxes_[part[i - 1]]);
+            right_[i - 1] = half_area(box) * double(n - i + 1);
         }
         // A cut close to an end would make slivers of the tree: keep at least an eighth on either side.
-        std::uint32_t least = std::max(1u, n / 8), best = n / 2;
-        double best_cost = 0;
+        std::size_t least = std::max<std::size_t>(1, n / 8), best = n / 2;
+        double best_cost = -1;
         box = {};
-        for (std::uint32_t i = 1; i < n; ++i) {
-            box.extend(boxes[range.first + i - 1]);
-            double cost = half_area(box) * i + right[i];
-            if (i >= least && i <= n - least && (best_cost == 0 || cost < best_cost)) {
+        for (std::size_t i = 1; i < n; ++i) {
+            box.extend(boxes_[part[i - 1]]);
+            double cost = half_area(box) * double(i) + right_[i];
+            if (i >= least && i <= n - least && (best_cost < 0 || cost < best_cost)) {
                 best = i;
                 best_cost = cost;
             }
         }
-        open.push_back({range.first + best, range.last}); // the lower part comes off first
-        open.push_back({range.first, range.first + best});
+        return {best, best_cost};
     }
-}
 
-Units from_begins(const Scene& scene, std::vector<std::uint32_t> begins) {
-    Units units;
-    auto count = static_cast<std::uint32_t>(scene.triangles().size());
-    begins.push_back(count);
-    units.first = std::move(begins);
-    units.of.resize(count);
-    for (std::uint32_t u = 0; u < units.count(); ++u)
-        std::fill(units.of.begin() + units.first[u], units.of.begin() + units.first[u + 1], u);
-    return units;
-}
+    /// Sorts the part along the axis on which it can be cut at the least cost, and tells where.
+    std::size_t halve(std::span<std::uint32_t> part) {
+        std::vector<std::uint32_t> sorted(part.begin(), part.end()), best;
+        std::size_t best_at = 0;
+        double best_cost = -1;
+        for (int axis = 0; axis < 3; ++axis) {
+            auto twice_centre = [&](std::uint32_t t) { return double(boxes_[t].min[axis]) + double(boxes_[t].max[axis]); };
+            std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
+                double x = twice_centre(a), y = twice_centre(b);
+                return x != y ? x < y : a < b;
+            });
+            auto [at, cost] = cheapest(sorted);
+            if (best.empty() || cost < best_cost) {
+                best = sorted;
+                best_at = at;
+                best_cost = cost;
+            }
+        }
+        std::copy(best.begin(), best.end(), part.begin());
+        return best_at;
+    }
+
+    std::uint32_t most_;
+    ClusterOrder order_;
+    std::vector<Box3f> boxes_;
+    std::vector<double> right_;
+};
 
 } // namespace
 
+Units Units::from_numbers(std::vector<std::uint32_t> of) {
+    Units units;
+    units.of = std::move(of);
+    std::uint32_t count = 0;
+    for (std::uint32_t unit : units.of)
+        count = std::max(count, unit + 1);
+    units.first.assign(std::size_t(count) + 1, 0);
+    for (std::uint32_t unit : units.of)
+        ++units.first[unit + 1];
+    std::partial_sum(units.first.begin(), units.first.end(), units.first.begin());
+    units.order.resize(units.of.size());
+    std::vector<std::uint32_t> next(units.first);
+    for (std::uint32_t t = 0; t < units.of.size(); ++t)
+        units.order[next[units.of[t]]++] = t;
+    return units;
+}
+
 Units Units::objects(const Scene& scene) {
-    std::vector<std::uint32_t> begins;
-    std::uint32_t next = 0;
-    for (const Object& object : scene.objects()) {
-        begins.push_back(next); // objects without triangles name a range that is empty
-        next += object.triangle_count;
-    }
-    return from_begins(scene, std::move(begins));
+    Units units = from_numbers({scene.triangle_objects().begin(), scene.triangle_objects().end()});
+    units.first.resize(scene.objects().size() + 1, static_cast<std::uint32_t>(scene.triangles().size()));
+    return units;
 }
 
 Units Units::triangles(const Scene& scene) {
-    std::vector<std::uint32_t> begins(scene.triangles().size());
-    for (std::uint32_t t = 0; t < begins.size(); ++t)
-        begins[t] = t;
-    return from_begins(scene, std::move(begins));
+    std::vector<std::uint32_t> of(scene.triangles().size());
+    std::iota(of.begin(), of.end(), 0u);
+    return from_numbers(std::move(of));
 }
 
-Units Units::clusters(const Scene& scene, std::uint32_t most) {
-    std::vector<Box3f> boxes(scene.triangles().size());
-    for (std::uint32_t t = 0; t < boxes.size(); ++t)
-        boxes[t] = box_of(scene, t);
-    std::vector<std::uint32_t> begins;
+Units Units::clusters(const Scene& scene, std::uint32_t most, ClusterOrder order) {
+    Cutter cutter(scene, std::max(1u, most), order);
+    std::vector<std::uint32_t> triangles(scene.triangles().size()), of(triangles.size());
+    std::iota(triangles.begin(), triangles.end(), 0u);
+    std::uint32_t unit = 0;
     for (const Object& object : scene.objects())
-        if (object.triangle_count > 0)
-            cut(boxes, object.first_triangle, object.first_triangle + object.triangle_count, std::max(1u, most), begins);
-    return from_begins(scene, std::move(begins));
+        cutter.cut(std::span(triangles).subspan(object.first_triangle, object.triangle_count),
+                   [&](std::span<const std::uint32_t> part) {
+                       for (std::uint32_t t : part)
+                           of[t] = unit;
+                       unit += !part.empty();
+                   });
+    return from_numbers(std::move(of));
 }
 
-Units Units::ranges(const Scene& scene, std::vector<std::uint32_t> first) { return from_begins(scene, std::move(first)); }
-
-Units Units::make(const Scene& scene, Granularity granularity, std::uint32_t most) {
-    switch (granularity) {
+Units Units::make(const Scene& scene, const ExactOptions& options) {
+    switch (options.granularity) {
     case Granularity::triangle:
         return triangles(scene);
     case Granularity::cluster:
-        return clusters(scene, most);
+        return clusters(scene, options.cluster_triangles, options.cluster_order);
     case Granularity::object:
         break;
     }

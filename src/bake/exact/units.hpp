@@ -5,26 +5,38 @@
 #include <antumbra/scene.hpp>
 
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace antumbra::exact {
 
-/// A partition of the scene's triangles into units, each a range of the triangles of one object, in the order of the
-/// scene. Units of one object follow each other, in the order of objects.
+/// A partition of the scene's triangles into units, each some triangles of one object. Units of one object follow each
+/// other, in the order of objects.
 struct Units {
-    std::vector<std::uint32_t> first; ///< per unit: its first triangle; and the number of triangles at the end
+    std::vector<std::uint32_t> first; ///< per unit: where its triangles begin in `order`; and their number at the end
+    std::vector<std::uint32_t> order; ///< triangles by unit, ascending within each; each object's stay in its own range
     std::vector<std::uint32_t> of;    ///< per triangle: its unit
 
     std::uint32_t count() const { return static_cast<std::uint32_t>(first.size()) - 1; }
+    std::span<const std::uint32_t> triangles_of(std::uint32_t unit) const {
+        return std::span(order).subspan(first[unit], first[unit + 1] - first[unit]);
+    }
+    /// The units of an object that has triangles: from the first to the last.
+    std::pair<std::uint32_t, std::uint32_t> range_of(const Object& object) const {
+        return {of[order[object.first_triangle]], of[order[object.first_triangle + object.triangle_count - 1]]};
+    }
     /// Per object: equal to its index, also where an object has no triangle left.
     static Units objects(const Scene& scene);
     static Units triangles(const Scene& scene);
-    /// Objects of more than `most` triangles are cut into ranges of at most so many, where the sum of half areas times
-    /// triangles is least (surface area heuristic along the order of the file). O(n log n).
-    static Units clusters(const Scene& scene, std::uint32_t most);
-    /// Ranges that begin at these triangles, ascending, the first at 0; each within one object.
-    static Units ranges(const Scene& scene, std::vector<std::uint32_t> first);
-    static Units make(const Scene& scene, Granularity granularity, std::uint32_t most);
+    /// Objects of more than `most` triangles are cut again and again in two, until no part has more: at the place along an
+    /// axis, or along the order of the file, where the sum of half areas times triangles is least (surface area
+    /// heuristic). O(n log^2 n).
+    static Units clusters(const Scene& scene, std::uint32_t most, ClusterOrder order);
+    /// From the unit of each triangle. Every unit up to the greatest must have a triangle, and units must follow each other
+    /// as the objects do.
+    static Units from_numbers(std::vector<std::uint32_t> of);
+    static Units make(const Scene& scene, const ExactOptions& options);
 };
 
 } // namespace antumbra::exact

@@ -215,6 +215,10 @@ Result<Explanation> Explainer::explain(const Vec3d& eye, std::uint32_t object, c
     PvsCursor cursor;
     parts.pvs.query(eye, cursor);
     explanation.listed = cursor.everything || (cursor.visible[object / 64] >> (object % 64) & 1);
+    for (std::uint32_t c = parts.pvs.first_cluster_of(object); c < parts.pvs.first_cluster_of(object + 1); ++c) {
+        ++explanation.clusters;
+        explanation.clusters_listed += explanation.listed && parts.pvs.is_cluster_visible(c, cursor);
+    }
     explanation.guarantee = cursor.everything ? Guarantee::conservative : parts.pvs.guarantee();
     Vec3d local = parts.scene.to_local(eye);
     explanation.from_eye = parts.from_box({local, local}, parts.grid_box({local, local}), object, options, job);

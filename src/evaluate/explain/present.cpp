@@ -1,4 +1,5 @@
 // The explanation as words, as JSON and as a drawing.
+#include "bake/exact/baked_cells.hpp"
 #include "evaluate/spatial_cells.hpp"
 
 #include <antumbra/evaluate.hpp>
@@ -102,7 +103,10 @@ std::string pvs_in_words(const Explanation& e) {
     case CellState::baked:
         break;
     }
-    return "The file says " + what + " from cell " + std::to_string(e.cell) + ", and promises to be " +
+    std::string parts = e.clusters == 0 ? ""
+                                        : " (" + std::to_string(e.clusters_listed) + " of its " + std::to_string(e.clusters) +
+                                              " clusters)";
+    return "The file says " + what + parts + " from cell " + std::to_string(e.cell) + ", and promises to be " +
            to_string(e.guarantee) + ".";
 }
 
@@ -254,7 +258,9 @@ std::string explain_in_json(const Scene& scene, const Explanation& e) {
     }
     document["pvs"] = {{"listed", e.listed},
                        {"guarantee", to_string(e.guarantee)},
-                       {"always_visible", e.always_visible}};
+                       {"always_visible", e.always_visible},
+                       {"clusters", e.clusters},
+                       {"clusters_listed", e.clusters_listed}};
     document["words"] = explain_in_words(scene, e);
     document["from_eye"] = json(scene, e.from_eye);
     document["from_cell"] = e.from_cell ? json(scene, *e.from_cell) : Json(nullptr);
@@ -312,10 +318,13 @@ Result<std::vector<std::byte>> cell_as_glb(const Scene& scene, const Pvs& pvs, c
                 cell = one.box;
     }
     std::vector<DrawingPart> parts = {{"visible", kGreen, false, {}, {}}, {"hidden", kRed, false, {}, {}}};
-    for (std::uint32_t o = 0; o < scene.objects().size(); ++o) {
-        const Object& object = scene.objects()[o];
-        for (std::uint32_t t = 0; t < object.triangle_count; ++t)
-            add_triangle(scene, object.first_triangle + t, parts[cursor.visible[o / 64] >> (o % 64) & 1 ? 0 : 1]);
+    Result<exact::Units> units = exact::units_of(scene, pvs); // clusters, where these are listed
+    if (!units)
+        return units.status();
+    for (std::uint32_t u = 0; u < units->count(); ++u) {
+        bool seen = pvs.cluster_count() > 0 ? pvs.is_cluster_visible(u, cursor) : (cursor.visible[u / 64] >> (u % 64) & 1) != 0;
+        for (std::uint32_t t : units->triangles_of(u))
+            add_triangle(scene, t, parts[seen ? 0 : 1]);
     }
     static constexpr std::uint32_t faces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
                                                   {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};

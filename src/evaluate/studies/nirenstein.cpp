@@ -2,10 +2,8 @@
 // part of the scene takes, Figure 5.
 #include "bake/exact/cell.hpp"
 #include "bake/viewpoint.hpp"
-#include "base/parallel.hpp"
 #include "base/random.hpp"
-#include "evaluate/item_buffer.hpp"
-#include "evaluate/report/image_coding.hpp"
+#include "evaluate/studies/nirenstein_picture.hpp"
 #include "evaluate/studies/studies.hpp"
 
 #include <algorithm>
@@ -267,64 +265,6 @@ StudyPlot figure_4(const Solved& form, std::uint64_t least, const std::string& p
     return plot;
 }
 
-/// Does the ray enter the box before `limit`?
-bool enters(const Ray& ray, const Box3d& box, double limit) {
-    double first = 0, last = limit;
-    for (int k = 0; k < 3; ++k) {
-        if (ray.direction[k] == 0) {
-            if (ray.origin[k] < box.min[k] || ray.origin[k] > box.max[k])
-                return false;
-            continue;
-        }
-        double a = (box.min[k] - ray.origin[k]) / ray.direction[k], b = (box.max[k] - ray.origin[k]) / ray.direction[k];
-        first = std::max(first, std::min(a, b));
-        last = std::min(last, std::max(a, b));
-    }
-    return first <= last;
-}
-
-/// The scene from above with the cell in yellow, what it sees in green and what it does not in red.
-StudyPicture figure_5(const Scene& scene, const Tracer& tracer, const exact::SceneTree& tree, const GridBox& cell,
-                      const std::vector<std::uint64_t>& visible, const StudyOptions& options, const Job& job) {
-    Box3d bounds = to_double(scene.local_bounds());
-    Box3d block{tree.to_local({double(cell.min.x), double(cell.min.y), double(cell.min.z)}),
-                tree.to_local({double(cell.max.x), double(cell.max.y), double(cell.max.z)})};
-    double size = length(bounds.size());
-    View view;
-    view.target = bounds.centre();
-    view.eye = bounds.centre() + normalized(Vec3d{0.45, 1, 0.8}) * size;
-    view.fov_y_deg = 40;
-    PixelRays rays = PixelRays::of_view(view, options.width, options.height);
-    Image image{options.width, options.height, std::vector<std::uint8_t>(std::size_t(3) * options.width * options.height)};
-    parallel_for(options.height, job, [&](std::size_t y, unsigned) {
-        for (std::uint32_t x = 0; x < options.width; ++x) {
-            Ray ray = rays.at(x + 0.5, double(y) + 0.5);
-            bool back = false;
-            Hit hit = tracer.nearest_surface(ray, back);
-            double colour[3] = {255, 255, 255};
-            if (hit) {
-                Vec3d a = scene.vertex(hit.triangle, 0), b = scene.vertex(hit.triangle, 1), c = scene.vertex(hit.triangle, 2);
-                Vec3d normal = cross(b - a, c - a);
-                double light = 0.45 + 0.55 * std::abs(dot(normal, ray.direction)) /
-                                          (length(normal) * length(ray.direction) + 1e-300);
-                bool seen = has_bit(visible, hit.triangle);
-                colour[0] = (seen ? 30 : 215) * light;
-                colour[1] = (seen ? 190 : 45) * light;
-                colour[2] = (seen ? 50 : 40) * light;
-            }
-            if (enters(ray, block, hit ? hit.t : std::numeric_limits<double>::infinity())) {
-                colour[0] = 250;
-                colour[1] = 215;
-                colour[2] = 20;
-            }
-            for (std::size_t k = 0; k < 3; ++k)
-                image.rgb[3 * (y * options.width + x) + k] = std::uint8_t(std::lround(colour[k]));
-        }
-    });
-    return {"Figure 5: the first of the cells (yellow), what is visible from it (green) and what is not (red).",
-            encode_png(image)};
-}
-
 } // namespace
 
 Result<Study> study_nirenstein(const Scene& scene, const StudyOptions& options, const Job& job) {
@@ -368,7 +308,13 @@ Result<Study> study_nirenstein(const Scene& scene, const StudyOptions& options, 
     }
     if (forms[0].cells < cells.size())
         study.notes.push_back("Stopped after " + std::to_string(forms[0].cells) + " cells, which took more than a minute.");
-    study.pictures = {figure_5(scene, tracer, tree, cells[0], forms[0].visible, options, job)};
+    GridBox first = cells[0];
+    auto corner = [&](const GridPoint& p) { return tree.to_local({double(p.x), double(p.y), double(p.z)}); };
+    Result<StudyPicture> picture =
+        seen_from_cell(tracer, {corner(first.min), corner(first.max)}, forms[0].visible, options, job);
+    if (!picture)
+        return picture.status();
+    study.pictures = {std::move(*picture)};
     if (job.cancelled())
         return Status(ErrorCode::cancelled, "stopped");
     return study;

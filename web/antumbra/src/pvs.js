@@ -92,6 +92,19 @@ export class PvsView {
     return answer;
   }
 
+  /** Can something of a cluster be seen, by the last answer? */
+  seesCluster(cluster) {
+    const instance = this._alive();
+    instance.call("ant_cursor_sees_cluster", this._cursor, cluster, this._in);
+    return instance.view.getInt32(this._in, true) !== 0;
+  }
+
+  /** Of the last answer: cluster c is bit c % 8 of byte c / 8. */
+  clusterBits() {
+    this._alive();
+    return this._pvs._read("ant_cursor_read_cluster_bits", 1, this._cursor);
+  }
+
   /** Can something that moves within this box be seen, by the last answer? */
   seesBox(min, max) {
     const instance = this._alive();
@@ -157,6 +170,8 @@ export class Pvs {
       volumeCount: Number(view.getBigUint64(at + 152, true)),
       treeNodes: Number(view.getBigUint64(at + 160, true)),
     };
+    instance.call("ant_pvs_count_clusters", this._handle, at);
+    info.clusterCount = instance.view.getUint32(at, true);
     info.method = instance.readText("ant_pvs_read_text", this._handle, 0);
     info.toolVersion = instance.readText("ant_pvs_read_text", this._handle, 1);
     const options = instance.readText("ant_pvs_read_text", this._handle, 2);
@@ -231,12 +246,59 @@ export class Pvs {
     );
   }
 
+  /** Calls a function of the rule "sizes come first"; what it wrote, of so many bytes each, valid until the next call. */
+  _read(name, bytes, ...args) {
+    const instance = this._alive();
+    const at = instance.scratch;
+    instance.call(name, ...args, 0, 0, at);
+    const count = instance.view.getUint32(at, true);
+    if (count === 0) return new Uint8Array(0);
+    const buffer = instance.allocate(count * bytes);
+    try {
+      instance.call(name, ...args, buffer, count, at);
+      return instance.u8.slice(buffer, buffer + count * bytes);
+    } finally {
+      instance.free(buffer);
+    }
+  }
+
+  /** For each triangle of the object in the scene's file the number of its cluster; 0xFFFFFFFF: none, never seen. */
+  clustersOf(id) {
+    if (!(id >= 0 && id < this.info.objectCount))
+      throw new AntumbraError("usage", `there is no object ${id}: the file has ${this.info.objectCount}`);
+    if (this.info.clusterCount === 0)
+      throw new AntumbraError("usage", "the file lists no clusters: bake it with --granularity cluster");
+    return new Uint32Array(this._read("ant_object_read_clusters", 4, this._handle, id).buffer);
+  }
+
+  /** An index buffer of the object's triangles sorted by cluster, and which part of it each cluster is. */
+  sortByCluster(id, index) {
+    const clusters = this.clustersOf(id);
+    if (index.length !== 3 * clusters.length)
+      throw new AntumbraError(
+        "mismatch",
+        `object ${id} has ${clusters.length} triangles in the baked scene, and here ${index.length / 3}; draw it whole`,
+      );
+    const order = Array.from(clusters.keys()).filter((t) => clusters[t] !== 0xffffffff);
+    order.sort((a, b) => clusters[a] - clusters[b] || a - b);
+    const sorted = new index.constructor(3 * order.length);
+    const ranges = [];
+    order.forEach((t, place) => {
+      for (let k = 0; k < 3; ++k) sorted[3 * place + k] = index[3 * t + k];
+      if (ranges.length === 0 || ranges.at(-1).cluster !== clusters[t])
+        ranges.push({ cluster: clusters[t], start: 3 * place, count: 0 });
+      ranges.at(-1).count += 3;
+    });
+    return { index: sorted, ranges };
+  }
+
   cell(index) {
     const instance = this._alive();
-    if (!(Number.isInteger(index) && index >= 0 && index < this.info.cellCount))
-      throw new AntumbraError("usage", `there is no cell ${index}: the file has a grid of ${this.info.cellCount}`);
+    const cells = this.info.cellCount || this.info.treeNodes;
     const at = instance.scratch;
-    instance.call("ant_cell_describe", this._handle, BigInt(index), at);
+    if (!(Number.isInteger(index) && index >= 0 && index < cells) ||
+        instance.exports.ant_cell_describe(this._handle, BigInt(index), at) !== 0)
+      throw new AntumbraError("usage", `there is no cell ${index}: the file has a ${this.info.grid ? "grid" : "tree"} of ${cells}`);
     return {
       index,
       kind: KINDS[instance.view.getInt32(at, true)],
@@ -245,7 +307,17 @@ export class Pvs {
     };
   }
 
-  /** The number of the grid's cell at a point, or -1. */
+  /** The numbers of all cells: of a grid, or the leaves of a view tree. */
+  cells() {
+    const instance = this._alive();
+    if (this.info.grid) return Array.from({ length: this.info.cellCount }, (_, index) => index);
+    const leaves = [];
+    for (let node = 0; node < this.info.treeNodes; ++node)
+      if (instance.exports.ant_cell_describe(this._handle, BigInt(node), instance.scratch) === 0) leaves.push(node);
+    return leaves;
+  }
+
+  /** The number of the cell at a point, or -1. */
   cellAt(point) {
     const instance = this._alive();
     const at = instance.scratch;

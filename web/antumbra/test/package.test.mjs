@@ -81,6 +81,47 @@ test("objects and the file's description are those of the program", async () => 
   }
 });
 
+test("clusters are those of the program, and index buffers can be sorted by them", async () => {
+  const pvs = await open(bytesOf("clusters.pvs"));
+  const leaves = pvs.cells();
+  assert.deepEqual(leaves.map((leaf) => pvs.cell(leaf).kind).filter((kind) => kind === "baked").length, 2);
+  for (const leaf of leaves) {
+    const { min, max, kind } = pvs.cell(leaf);
+    const eye = [0, 1, 2].map((k) => (min[k] + max[k]) / 2);
+    if (kind !== "baked") continue;
+    assert.equal(pvs.cellAt(eye), leaf);
+    const view = pvs.createView();
+    const answer = view.query({ eye });
+    const truth = native("query", fileOf("clusters.pvs"), "--eye", comma(eye), "--json");
+    assert.equal(pvs.info.clusterCount, truth.cluster_count);
+    const bits = view.clusterBits();
+    const seen = Array.from({ length: pvs.info.clusterCount }, (_, c) => c).filter((c) => view.seesCluster(c));
+    assert.deepEqual(seen, truth.clusters);
+    assert.deepEqual(seen, Array.from({ length: pvs.info.clusterCount }, (_, c) => c).filter((c) => (bits[c >> 3] >> (c & 7)) & 1));
+    assert.ok(seen.length > 0 && seen.length < pvs.info.clusterCount && answer.count < pvs.info.objectCount);
+    view.dispose();
+  }
+  let total = 0;
+  for (let id = 0; id < pvs.info.objectCount; ++id) {
+    const clusters = pvs.clustersOf(id);
+    assert.equal(clusters.length, pvs.object(id).triangles); // none without area here
+    const index = Uint16Array.from({ length: 3 * clusters.length }, (_, k) => k);
+    const sorted = pvs.sortByCluster(id, index);
+    assert.ok(sorted.index instanceof Uint16Array);
+    assert.deepEqual(Array.from(sorted.index).sort((a, b) => a - b), Array.from(index));
+    for (const { cluster, start, count } of sorted.ranges) {
+      assert.ok(count > 0 && count <= 12);
+      for (let k = start; k < start + count; k += 3) assert.equal(clusters[sorted.index[k] / 3], cluster);
+    }
+    total += sorted.ranges.length;
+    assert.throws(() => pvs.sortByCluster(id, new Uint16Array(3 * clusters.length + 3)), { code: "mismatch" });
+  }
+  assert.equal(total, pvs.info.clusterCount);
+  const plain = await open(bytesOf("town.pvs"));
+  assert.equal(plain.info.clusterCount, 0);
+  assert.throws(() => plain.clustersOf(0), { code: "usage" });
+});
+
 test("bits, ids and sees() agree; differences add up to the answer", async () => {
   const pvs = await open(bytesOf("town.pvs"));
   const random = randomNumbers(3);

@@ -38,6 +38,8 @@ export interface PvsInfo {
   readonly fileBytes: number;
   readonly visibilityBytes: number;
   readonly volumeCount: number;
+  /** Parts of objects that are listed besides the objects; 0: none. */
+  readonly clusterCount: number;
   readonly treeNodes: number;
   readonly method: string;
   readonly toolVersion: string;
@@ -110,6 +112,10 @@ export interface PvsAnswer extends BasicAnswer {
 export class PvsView {
   readonly answer: PvsAnswer;
   query(question: Question): PvsAnswer;
+  /** Can something of a cluster be seen, by the last answer? Also true where that cannot be told. */
+  seesCluster(cluster: number): boolean;
+  /** The same of all clusters: cluster c is bit c % 8 of byte c / 8. */
+  clusterBits(): Uint8Array;
   /** Can something that moves within this box be seen, by the last answer? Only a file with occludee volumes can say no. */
   seesBox(min: Vector, max: Vector): boolean;
   dispose(): void;
@@ -125,8 +131,21 @@ export class Pvs {
   find(key: { node: number; primitive?: number; instance?: number }): number[];
   /** Node, primitive, instance of each object. */
   keys(): Int32Array;
+  /** For each triangle of the object in the scene's file, in order, the number of its cluster; 0xFFFFFFFF: none (it has no
+   * area). */
+  clustersOf(id: number): Uint32Array;
+  /** The object's index buffer (three entries a triangle, as in the scene's file) sorted by cluster, and which part of the
+   * sorted one each cluster is: draw the ranges of those that are seen. `mismatch`: it has other triangles than the baked
+   * object; draw that whole. */
+  sortByCluster<T extends Uint16Array | Uint32Array | number[]>(
+    id: number,
+    index: T,
+  ): { index: T; ranges: { cluster: number; start: number; count: number }[] };
+  /** Of a view tree: the leaf among its nodes. */
   cell(index: number): Cell;
-  /** Number of the grid's cell at a point, or -1. */
+  /** The numbers of all cells: of a grid, or the leaves of a view tree (which may share their space, if it splits directions). */
+  cells(): number[];
+  /** Number of the cell at a point, or -1 (also where a view tree splits directions). */
   cellAt(point: Vector): number;
   /** A copy of the file. */
   bytes(): Uint8Array;

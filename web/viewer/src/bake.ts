@@ -45,11 +45,11 @@ export async function openBake(name: string, bytes: ArrayBuffer, model: Model, b
   modelOf.forEach((index, id) => { if (index >= 0) idOfModel[index] = id; });
   const scene = await CullScene.fromPvs(pvs);
   const boxAt = (eye: Vector3): Box3 | null => {
-    const cell = info.grid ? pvs.cellAt(eye.toArray()) : -1;
+    const cell = pvs.cellAt(eye.toArray());
     return cell < 0 ? null : boxOf(pvs.cell(cell));
   };
   const cellAt = (eye: Vector3): number | null => {
-    const cell = info.grid ? pvs.cellAt(eye.toArray()) : -1;
+    const cell = pvs.cellAt(eye.toArray());
     return cell < 0 ? null : cell;
   };
   return {
@@ -77,18 +77,19 @@ function match(pvs: Pvs, model: Model): Int32Array {
   return found;
 }
 
+/** Of a grid, or of a view tree that splits space alone. */
 async function countCells(pvs: Pvs): Promise<Cell[]> {
-  const { cellCount, grid } = pvs.info;
-  if (!grid || cellCount > mostCells) return [];
+  if (Math.max(pvs.info.cellCount, pvs.info.treeNodes / 2) > mostCells) return [];
   const view = pvs.createView(), cells: Cell[] = [];
   let clock = performance.now();
-  for (let i = 0; i < cellCount; ++i) {
+  for (const number of pvs.cells()) {
     if (performance.now() - clock > 8) {
       await breathe();
       clock = performance.now();
     }
-    const cell = pvs.cell(i), box = boxOf(cell);
-    const seen = cell.kind === 'baked' ? view.query({ eye: box.getCenter(new Vector3()).toArray() }).count : cell.kind === 'solid' ? -2 : -1;
+    const cell = pvs.cell(number), box = boxOf(cell), eye = box.getCenter(new Vector3()).toArray();
+    if (!pvs.info.grid && pvs.cellAt(eye) !== number) continue; // of some directions alone
+    const seen = cell.kind === 'baked' ? view.query({ eye }).count : cell.kind === 'solid' ? -2 : -1;
     cells.push({ box, seen });
   }
   view.dispose();
