@@ -1,6 +1,7 @@
 #include "bake/exact/units.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace antumbra::exact {
@@ -18,13 +19,33 @@ Box3f box_of(const Scene& scene, std::uint32_t triangle) {
     return box;
 }
 
+Vec3d unit_normal(const Scene& scene, std::uint32_t triangle) {
+    Vec3d a = scene.vertex(triangle, 0);
+    Vec3d n = cross(scene.vertex(triangle, 1) - a, scene.vertex(triangle, 2) - a);
+    return n * (1 / std::sqrt(dot(n, n)));
+}
+
+/// Space and directions that some triangles take up.
+struct Extent {
+    Box3f box;
+    Box3d normals;
+
+    /// How likely it is that they are seen, up to a factor: the surface area heuristic times the share of directions from
+    /// which some of them show their front: (1 + sin a) / 2 for normals within an angle of a about a common one.
+    double cost() const {
+        Vec3d half = normals.size() * 0.5;
+        return half_area(box) * (1 + std::min(1.0, std::sqrt(dot(half, half))));
+    }
+};
+
 /// Cuts an object's triangles into parts, first half before second.
 class Cutter {
   public:
     Cutter(const Scene& scene, std::uint32_t most, ClusterOrder order) : most_(most), order_(order) {
-        boxes_.resize(scene.triangles().size());
-        for (std::uint32_t t = 0; t < boxes_.size(); ++t)
-            boxes_[t] = box_of(scene, t);
+        for (std::uint32_t t = 0; t < scene.triangles().size(); ++t) {
+            boxes_.push_back(box_of(scene, t));
+            normals_.push_back(unit_normal(scene, t));
+        }
     }
 
     /// `triangles` is brought into the order of the parts; `visit(part)` for each of them, from the first to the last.
@@ -49,18 +70,18 @@ class Cutter {
     std::pair<std::size_t, double> cheapest(std::span<const std::uint32_t> part) {
         std::size_t n = part.size();
         right_.assign(n + 1, 0);
-        Box3f box;
+        Extent extent;
         for (std::size_t i = n; i > 0; --i) {
-            box.extend(boxes_[part[i - 1]]);
-            right_[i - 1] = half_area(box) * double(n - i + 1);
+            extend(extent, part[i - 1]);
+            right_[i - 1] = extent.cost() * double(n - i + 1);
         }
         // A cut close to an end would make slivers of the tree: keep at least an eighth on either side.
         std::size_t least = std::max<std::size_t>(1, n / 8), best = n / 2;
         double best_cost = -1;
-        box = {};
+        extent = {};
         for (std::size_t i = 1; i < n; ++i) {
-            box.extend(boxes_[part[i - 1]]);
-            double cost = half_area(box) * double(i) + right_[i];
+            extend(extent, part[i - 1]);
+            double cost = extent.cost() * double(i) + right_[i];
             if (i >= least && i <= n - least && (best_cost < 0 || cost < best_cost)) {
                 best = i;
                 best_cost = cost;
@@ -69,15 +90,22 @@ class Cutter {
         return {best, best_cost};
     }
 
-    /// Sorts the part along the axis on which it can be cut at the least cost, and tells where.
+    void extend(Extent& extent, std::uint32_t t) const {
+        extent.box.extend(boxes_[t]);
+        extent.normals.extend(normals_[t]);
+    }
+
+    /// Sorts the part along the axis, of space or of normals, on which it can be cut at the least cost, and tells where.
     std::size_t halve(std::span<std::uint32_t> part) {
         std::vector<std::uint32_t> sorted(part.begin(), part.end()), best;
         std::size_t best_at = 0;
         double best_cost = -1;
-        for (int axis = 0; axis < 3; ++axis) {
-            auto twice_centre = [&](std::uint32_t t) { return double(boxes_[t].min[axis]) + double(boxes_[t].max[axis]); };
+        for (int axis = 0; axis < 6; ++axis) {
+            auto place = [&](std::uint32_t t) {
+                return axis < 3 ? double(boxes_[t].min[axis]) + double(boxes_[t].max[axis]) : normals_[t][axis - 3];
+            };
             std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
-                double x = twice_centre(a), y = twice_centre(b);
+                double x = place(a), y = place(b);
                 return x != y ? x < y : a < b;
             });
             auto [at, cost] = cheapest(sorted);
@@ -94,6 +122,7 @@ class Cutter {
     std::uint32_t most_;
     ClusterOrder order_;
     std::vector<Box3f> boxes_;
+    std::vector<Vec3d> normals_;
     std::vector<double> right_;
 };
 
