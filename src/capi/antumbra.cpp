@@ -143,6 +143,7 @@ ant_status ant_pvs_count_clusters(const ant_pvs* pvs, uint32_t* count) {
     return ANT_OK;
 }
 
+#ifndef ANTUMBRA_WITHOUT_CLUSTERS
 ant_status ant_object_read_clusters(const ant_pvs* pvs, uint32_t object, uint32_t* clusters, size_t capacity, size_t* count) {
     if (!pvs || !count || object >= pvs->pvs.object_count() || pvs->pvs.cluster_count() == 0)
         return ANT_USAGE;
@@ -161,6 +162,7 @@ ant_status ant_object_read_clusters(const ant_pvs* pvs, uint32_t object, uint32_
     std::copy_n(triangles.cluster.begin(), triangles.in_file, clusters);
     return ANT_OK;
 }
+#endif
 
 ant_status ant_cell_describe(const ant_pvs* pvs, uint64_t cell, ant_cell* description) {
     if (!pvs || !description)

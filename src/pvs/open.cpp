@@ -232,6 +232,12 @@ class PvsOpener {
         if (!has(kClustersChunk))
             return {};
         (void)get(kClustersChunk, pvs_.clusters_);
+#ifdef ANTUMBRA_WITHOUT_CLUSTERS // who only asks for objects needs to know how many bits a row has
+        std::size_t size = pvs_.clusters_.size();
+        if (size % 4 != 0 || size < 8)
+            return corrupt(kClustersChunk, "its size is wrong");
+        pvs_.cluster_count_ = static_cast<std::uint32_t>(size / 4 - 1);
+#else
         bool tells = has(kTrianglesChunk);
         if (tells)
             (void)get(kTrianglesChunk, pvs_.triangles_);
@@ -241,6 +247,7 @@ class PvsOpener {
         pvs_.cluster_index_ = std::move(index.first);
         pvs_.triangle_index_ = std::move(index.triangles);
         pvs_.cluster_count_ = pvs_.cluster_index_.back();
+#endif
         return {};
     }
 

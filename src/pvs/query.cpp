@@ -263,6 +263,7 @@ void Pvs::drop_outside(const ViewRange& range, std::span<std::uint64_t> objects)
 
 std::uint32_t Pvs::cluster_first(std::uint32_t c) const { return load_u32(clusters_, std::size_t(4) * c); }
 
+#ifndef ANTUMBRA_WITHOUT_CLUSTERS
 PvsTriangles Pvs::triangles_of(std::uint32_t object, std::uint32_t most) const {
     PvsTriangles triangles;
     if (tells_triangles()) {
@@ -274,6 +275,7 @@ PvsTriangles Pvs::triangles_of(std::uint32_t object, std::uint32_t most) const {
         triangles.cluster.resize(triangles.cluster.size() + cluster_first(c + 1) - cluster_first(c), c);
     return triangles;
 }
+#endif
 
 bool Pvs::is_cluster_visible(std::uint32_t c, const PvsCursor& cursor) const {
     if (cursor.everything || cursor.cell == kNoneYet || c >= cluster_count_)
