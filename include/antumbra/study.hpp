@@ -68,7 +68,7 @@ struct StudyPlot {
 struct StudyPicture {
     std::string caption;
     std::vector<std::byte> png; ///< a whole PNG file
-    std::vector<std::byte> glb; ///< the same as a drawing to turn around, or empty
+    std::vector<std::byte> glb = {}; ///< the same as a drawing to turn around, or empty
 };
 
 struct Study {

@@ -51,7 +51,6 @@ Colour colour_of(const Tracer& tracer, const Ray& ray, const Box3d& cell, const 
 
 /// From above, near enough to tell the cell, and so that what is visible from it fills the picture.
 View view_of(const Scene& scene, const Box3d& cell, const std::vector<std::uint64_t>& visible, double aspect) {
-    Box3d seen = cell;
     std::vector<double> reach[2]; // along x and z, of what is visible
     for (std::uint32_t t = 0; t < scene.triangles().size(); ++t)
         if (has_bit(visible, t)) {
