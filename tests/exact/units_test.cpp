@@ -107,8 +107,9 @@ TEST(Units, AFileTellsThemByTheTrianglesOfTheSceneFile) {
     EXPECT_EQ(std::count(floor.cluster.begin(), floor.cluster.end(), PvsTriangles::kNone), 1);
     Units made = Units::clusters(scene, 32, ClusterOrder::compact);
     for (std::uint32_t t = 0; t < scene.triangles().size(); ++t)
-        if (scene.triangle_objects()[t] == 0)
+        if (scene.triangle_objects()[t] == 0) {
             EXPECT_EQ(floor.cluster[scene.triangle_sources()[t]], made.of[t]);
+        }
     Result<Units> read = exact::units_of(scene, pvs);
     ASSERT_TRUE(read) << read.status().message();
     EXPECT_EQ(read->of, made.of);

@@ -110,7 +110,8 @@ void add_figure_7(Setting& at, const std::vector<std::vector<AtLimit>>& all, con
                     {std::string("Figure 7, ") + kCriteria[c].name + ", " + std::to_string(one.used) +
                          " occluders (red): light grey outside the frustum, dark grey culled, black drawn; the viewer is blue",
                      encode_png(top_view(at.scene, at.occluders, view, frustum.visible[0], one.measured.visible[0],
-                                         one.list))});
+                                         one.list)),
+                     {}});
 }
 
 } // namespace
