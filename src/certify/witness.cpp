@@ -21,11 +21,26 @@ bool strictly_inside(const std::vector<Point>& polygon, const RationalPlane& pla
     return true;
 }
 
-/// Does the closed segment p..q meet the closed convex polygon? A segment in the polygon's plane counts.
+/// The same for a segment that lies in the polygon's plane: they are apart iff an edge of the polygon or the segment's own line
+/// separates them strictly (the edges of their Minkowski difference are edges of either).
+bool meets_in_plane(const std::vector<Point>& polygon, const RationalPlane& plane, const Point& p, const Point& q) {
+    bool left = false, right = false; // corners on either side of the segment's line, or on it
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+        if (dot(plane.normal, cross(b - a, p - a)) < 0 && dot(plane.normal, cross(b - a, q - a)) < 0)
+            return false;
+        Rational side = dot(plane.normal, cross(q - p, a - p));
+        left |= side >= 0;
+        right |= side <= 0;
+    }
+    return left && right;
+}
+
+/// Does the closed segment p..q meet the closed convex polygon?
 bool meets(const std::vector<Point>& polygon, const RationalPlane& plane, const Point& p, const Point& q) {
     Rational at_p = plane.at(p), at_q = plane.at(q);
     if (at_p == 0 && at_q == 0)
-        return true;
+        return meets_in_plane(polygon, plane, p, q);
     if (at_p * at_q > 0)
         return false;
     bool left = false, right = false;

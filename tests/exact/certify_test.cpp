@@ -48,6 +48,24 @@ TEST(VerifyWitness, RefusesASegmentThatTouchesAnEdgeOrACorner) {
     EXPECT_FALSE(accepts(c, segment({1, 1, 0}, {1, 1, 8})));
 }
 
+TEST(VerifyWitness, TellsWhetherAnOccluderInWhosePlaneTheSegmentLiesIsInTheWay) {
+    auto beside = [](Vec3<int> a, Vec3<int> b, Vec3<int> d) {
+        Case c = covered();
+        c.occluders.clear();
+        auto corner = [](Vec3<int> p) { return GridPoint{p.x, p.y, p.z}; };
+        c.occluders.push_back({{corner(a), corner(b), corner(d)}, true});
+        return accepts(c, segment({1, 1, 0}, {1, 1, 8}));
+    };
+    EXPECT_TRUE(beside({1, 2, 2}, {1, 4, 2}, {1, 2, 6}));   // all on one side of the segment
+    EXPECT_TRUE(beside({1, -3, 2}, {1, 0, 2}, {1, 0, 6}));
+    EXPECT_FALSE(beside({1, 1, 2}, {1, 4, 2}, {1, 2, 6}));  // a corner on it
+    EXPECT_FALSE(beside({1, 1, 2}, {1, 4, 2}, {1, 1, 6}));  // an edge along it
+    EXPECT_FALSE(beside({1, 0, 2}, {1, 4, 2}, {1, 2, 6}));  // across it
+    EXPECT_FALSE(beside({1, -9, 1}, {1, 9, 1}, {1, 0, 7})); // most of it inside
+    // Clipped to the fronts of both planes a wall ends where the segment does: the end of one lies in the other's.
+    EXPECT_FALSE(beside({1, 1, -3}, {1, 4, -3}, {1, 1, 1}));
+}
+
 TEST(VerifyWitness, LooksAtTheSidesOfOccluders) {
     Case c = covered();
     c.occluders[0].both_sides = false; // counter-clockwise from above: its front looks at T

@@ -117,8 +117,9 @@ TEST(OccludersAlong, WhatRaysAndWindowsFindDoesNotChangeTheAnswer) {
         ASSERT_TRUE(solver.solve(cell, answers[way], counters));
         EXPECT_EQ(counters.undecided, 0u);
         EXPECT_EQ(answers[way], answers[0]) << way;
-        if (way == 3)
+        if (way == 3) {
             EXPECT_LT(counters.sampler.rays, 400000u); // it stops where rays find little
+        }
     }
 }
 

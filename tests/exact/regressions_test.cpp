@@ -74,5 +74,29 @@ TEST(Regression, AThinApertureAlongAGrazingLine) {
     }
 }
 
+/// The published form drops an occluder outside the hull, and its witness may then lie in that occluder's plane without touching
+/// it: the verifier took any such line for blocked.
+TEST(Regression, AWitnessInThePlaneOfAnOccluderThatItDoesNotTouch) {
+    Case c;
+    c.s = {{1, 4, 2}, {5, 4, 2}, {5, 6, 2}, {1, 6, 2}};
+    c.t = {{2, 8, 10}, {4, 8, 10}, {4, 6, 10}, {2, 6, 10}};
+    const std::vector<std::vector<GridPoint>> walls = {
+        {{1, 2, 5}, {1, 4, 5}, {1, 4, 9}, {1, 2, 9}}, {{3, 0, 3}, {3, 2, 3}, {3, 2, 6}, {3, 0, 6}}, {{2, 1, 3}, {2, 3, 3}, {2, 3, 4}, {2, 1, 4}},
+        {{2, 0, 5}, {2, 1, 5}, {2, 1, 7}, {2, 0, 7}}, {{1, 2, 5}, {1, 5, 5}, {1, 5, 8}, {1, 2, 8}}, {{1, 3, 4}, {4, 3, 4}, {4, 3, 6}, {1, 3, 6}}};
+    for (const auto& wall : walls)
+        c.occluders.push_back({wall, true});
+    face_each_other(c);
+    EXPECT_TRUE(proved_visible(c));
+    for (std::uint32_t rays : {0u, 8u})
+        for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+            QueryOptions options = as_published(rays);
+            options.seed = seed;
+            QueryResult result = ask(c, options);
+            ASSERT_EQ(result.answer, Answer::visible);
+            Status status = certify::verify_witness({c.s, true}, {c.t, true}, c.occluders, witness_of(result));
+            EXPECT_TRUE(status.ok()) << status.message();
+        }
+}
+
 } // namespace
 } // namespace antumbra::exact::testing

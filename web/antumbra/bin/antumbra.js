@@ -129,7 +129,9 @@ const COMMANDS = {
     if (values.fov !== undefined) question.fov = number(values.fov, "fov", 0.001, 179);
     if (values.aspect !== undefined) question.aspect = number(values.aspect, "aspect", 0.001, 1000);
     if (values.radius !== undefined) question.radius = number(values.radius, "radius", 0, 1e30);
-    const { guarantee, everything, count, ids, cell: found } = pvs.query(question);
+    const view = pvs.createView();
+    const { guarantee, everything, count, ids, cell: found } = view.query(question);
+    const clusters = visibleClusters(pvs, view, ids);
     const cell = found === -3 && pvs.info.grid ? pvs.cellAt(question.eye) : found;
     const objects = Array.from(ids, (id) => pvs.object(id));
     if (values.json)
@@ -138,15 +140,29 @@ const COMMANDS = {
         guarantee,
         everything,
         count,
+        clusters,
+        cluster_count: pvs.info.clusterCount,
         visible: objects.map(({ id, node, primitive, instance, name }) => ({ id, node, primitive, instance, name })),
       };
     const lines = objects.map(
       ({ id, node, primitive, instance, name }) =>
         `${String(id).padStart(8)}  node ${node} primitive ${primitive} instance ${instance}  ${name}\n`,
     );
-    return `cell       ${cell < 0 ? "none" : cell}\nguarantee  ${guarantee}\nvisible    ${count} of ${pvs.info.objectCount} objects\n` + lines.join("");
+    const listed = pvs.info.clusterCount === 0 ? "" : `clusters   ${clusters.length} of ${pvs.info.clusterCount}\n`;
+    return (
+      `cell       ${cell < 0 ? "none" : cell}\nguarantee  ${guarantee}\nvisible    ${count} of ${pvs.info.objectCount} objects\n` +
+      listed +
+      lines.join("")
+    );
   },
 };
+
+/** The clusters that the view's last answer sees, of the objects `ids`. */
+function visibleClusters(pvs, view, ids) {
+  if (pvs.info.clusterCount === 0) return [];
+  const clusters = Array.from(ids, (id) => Array.from(new Set(pvs.clustersOf(id)))).flat();
+  return clusters.filter((cluster) => cluster !== 0xffffffff && view.seesCluster(cluster)).sort((a, b) => a - b);
+}
 
 /** "--eye -1,2,3" as "--eye=-1,2,3": a value may begin with a minus. */
 function withValues(argv) {

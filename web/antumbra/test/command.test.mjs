@@ -6,14 +6,16 @@ import { bin, fileOf, native, run } from "./support.mjs";
 const antumbra = (...args) => run(process.execPath, [bin, ...args]);
 
 test("query answers as the program does", () => {
-  for (const extra of [[], ["--dir", "-1,0,0.5"], ["--radius", "0.5"]]) {
-    const args = ["query", fileOf("town.pvs"), "--eye", "-4,1.7,3", ...extra, "--json"];
+  const town = [fileOf("town.pvs"), "--eye", "-4,1.7,3"], rooms = [fileOf("clusters.pvs"), "--eye", "1.5,1.5,1.5"];
+  for (const asked of [town, [...town, "--dir", "-1,0,0.5"], [...town, "--radius", "0.5"], rooms, [...rooms, "--dir", "-1,0,0.5"]]) {
+    const args = ["query", ...asked, "--json"];
     const { code, out } = antumbra(...args);
     assert.equal(code, 0);
     const { volumes_visible: _, ...truth } = native(...args);
     assert.deepEqual(JSON.parse(out), truth);
   }
   const text = antumbra("query", fileOf("town.pvs"), "--eye=-4,1.7,3");
+  assert.match(antumbra("query", ...rooms).out, /\nclusters {3}[1-9]\d* of \d+\n/);
   assert.match(text.out, /^cell {7}\d+\nguarantee {2}aggressive\nvisible {4}\d+ of 749 objects\n {7,}\d+ {2}node \d+/);
 });
 
