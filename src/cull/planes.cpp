@@ -18,12 +18,13 @@ constexpr std::uint32_t kSpare = 4;          ///< candidates per occluder that i
 constexpr std::uint32_t kStepsPerFrame = 64;   ///< nodes of the occluder tree that a frame opens
 constexpr std::uint32_t kStepsAtOnce = 4096;   ///< at first and after a jump, in view only
 constexpr std::uint32_t kStepsFromThere = 256; ///< per frame, until all around is searched from there
-constexpr std::uint16_t kIdle = 24;  ///< frames that an occluder may hide nothing; then it makes room
-constexpr std::uint16_t kRest = 48;  ///< frames until it is tried again
+constexpr std::uint16_t kIdle = 120;           ///< frames that an occluder may hide nothing; then it makes room
+constexpr std::uint16_t kRest = 48;            ///< frames until it is tried again
+constexpr std::uint16_t kTrial = 4;            ///< frames of a trial: in these each box is once put to several shadows together
 constexpr double kJump = 0.02;               ///< of the scene's size: who moves farther starts afresh
 constexpr double kStep = 0.002;              ///< who moves less keeps the occluders found
 constexpr std::uint32_t kJoinEvery = 4;        ///< frames in which a box is put once to several shadows together
-constexpr int kJoinTries = 4;                  ///< shadows that others are joined to
+constexpr int kJoinTries = 8;                  ///< shadows that others are joined to
 constexpr std::uint8_t kNoSlot = 0xFF;
 constexpr std::uint32_t kNoGroup = 0xFFFFFFFFu;
 
@@ -156,7 +157,7 @@ class Planes final : public Culler {
     static bool is_worth_a_try(std::uint32_t group, State& state) {
         auto since_trial = static_cast<std::uint16_t>(state.frame - state.tried[group]);
         auto since_hiding = static_cast<std::uint16_t>(state.frame - state.hid[group]);
-        if (since_hiding <= kIdle || since_trial <= 1)
+        if (since_hiding <= kIdle || since_trial < kTrial)
             return true;
         if (since_trial <= kRest + group % 16) // not all on the same frame
             return false;
