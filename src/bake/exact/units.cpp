@@ -95,14 +95,17 @@ class Cutter {
         extent.normals.extend(normals_[t]);
     }
 
-    /// Sorts the part along the axis, of space or of normals, on which it can be cut at the least cost, and tells where.
+    /// Sorts the part along the axis, of space or of normals, or by the order of the file, on which it can be cut at the least cost,
+    /// and tells where.
     std::size_t halve(std::span<std::uint32_t> part) {
         std::vector<std::uint32_t> sorted(part.begin(), part.end()), best;
         std::size_t best_at = 0;
         double best_cost = -1;
-        for (int axis = 0; axis < 6; ++axis) {
+        for (int axis = 0; axis < 7; ++axis) {
             auto place = [&](std::uint32_t t) {
-                return axis < 3 ? double(boxes_[t].min[axis]) + double(boxes_[t].max[axis]) : normals_[t][axis - 3];
+                return axis < 3   ? double(boxes_[t].min[axis]) + double(boxes_[t].max[axis])
+                       : axis < 6 ? normals_[t][axis - 3]
+                                  : double(t);
             };
             std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t a, std::uint32_t b) {
                 double x = place(a), y = place(b);

@@ -30,7 +30,7 @@ struct Units {
     static Units objects(const Scene& scene);
     static Units triangles(const Scene& scene);
     /// Objects of more than `most` triangles are cut again and again in two, until no part has more: at the place along an
-    /// axis of space or of normals, or along the order of the file, where the sum over both of triangles times half area times
+    /// axis of space or of normals, or along the order of the file (or along that alone), where the sum over both of triangles times half area times
     /// the share of directions that see some front is least. O(n log^2 n).
     static Units clusters(const Scene& scene, std::uint32_t most, ClusterOrder order);
     /// From the unit of each triangle. Every unit up to the greatest must have a triangle, and units must follow each other
