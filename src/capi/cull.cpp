@@ -6,6 +6,7 @@
 #include "cull/scene_data.hpp"
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <numeric>
 
@@ -295,7 +296,10 @@ ant_status ant_culler_cull(const ant_culler* culler, const ant_view* view, ant_c
         return ANT_USAGE;
     if (ant_status size = check_input_size(view->struct_size, sizeof(ant_view)); size != ANT_OK)
         return size;
-    if (view->projection != ANT_PERSPECTIVE && view->projection != ANT_ORTHOGRAPHIC)
+    int projection; // a caller's number, which may be none of the enumeration's: to read it as such would be undefined
+    static_assert(sizeof projection == sizeof view->projection);
+    std::memcpy(&projection, &view->projection, sizeof projection);
+    if (projection != ANT_PERSPECTIVE && projection != ANT_ORTHOGRAPHIC)
         return ANT_USAGE;
     culler->culler->cull(local_view(*view, culler->scene.data().origin), state->view, state->result);
     state->guarantee = static_cast<ant_guarantee>(culler->culler->guarantee());
